@@ -1,0 +1,158 @@
+"""A model with numbers in it: set, initialise, step, read. Both FMI flavours behave like this class."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+from .arithmetic import PYTHON, PythonArithmetic
+from .integrate import n_substeps, runge_kutta_4
+from .model import InputHold, Model
+from .variables import Role
+
+RELATIVE_STEP_TOLERANCE = 1e-9
+
+
+class ModelError(ValueError):
+    """A value or a step that the model refuses; the text names the variable, the value and the rule."""
+
+
+class Instance:
+    """
+    One run of a model.
+
+    `values` holds parameters, inputs, states and outputs in the order of `model.all_variables`.
+    After `initialise`, `step(t, h)` takes the states from t [s] to t + h with the inputs in `values`.
+    """
+
+    def __init__(self, model: Model, m: PythonArithmetic = PYTHON) -> None:
+        self.model = model
+        self.m = m
+        counts = [len(model.group(role)) for role in Role]
+        ends = [sum(counts[: i + 1]) for i in range(len(counts))]
+        self._p, self._u, self._x, self._y = (
+            slice(end - count, end) for end, count in zip(ends, counts, strict=True)
+        )
+        self.index = {v.name: i for i, v in enumerate(model.all_variables)}
+        self._samples = model.n_continuous < counts[2]
+        self.reset()
+
+    def reset(self) -> None:
+        """Return to the start values."""
+        self.values: list[Any] = [v.start for v in self.model.all_variables]
+        self.previous_inputs = self.values[self._u]
+        self.time = 0.0
+
+    def __getitem__(self, name: str) -> Any:
+        """Read a variable by name."""
+        return self.values[self.index[name]]
+
+    def __setitem__(self, name: str, value: float) -> None:
+        """Set a variable by name; nothing is checked before `initialise` or `step`."""
+        self.values[self.index[name]] = value
+
+    def problems(self) -> list[str]:
+        """List every parameter and input that breaks its rule."""
+        found = []
+        n_checked = self._u.stop
+        for v, value in zip(self.model.all_variables[:n_checked], self.values, strict=False):
+            rule = v.broken_rule(value)
+            if rule is not None:
+                unit = "" if v.unit == "1" else f" {v.unit}"
+                found.append(f"{v.name}: value not allowed, got {value!r}{unit}, expected {rule}")
+        return found
+
+    def check(self) -> None:
+        """Refuse parameters and inputs that break a rule."""
+        problems = self.problems()
+        if problems:
+            raise ModelError("; ".join(problems))
+
+    def initialise(self, t: float = 0.0) -> None:
+        """Compute the states that follow from inputs and parameters, and the outputs at t [s]."""
+        self.check()
+        p, u = self._record(self._p), self._record(self._u)
+        x = self.model.states.record(self.values[self._x])
+        starts = self.model.initial(x, u, p, self.m)
+        self.values[self._x] = self.model.states.merged(starts, self.values[self._x])
+        self.previous_inputs = self.values[self._u]
+        self.time = t
+        self._write_outputs(t)
+
+    def step(self, t: float, h: float) -> None:
+        """Step from t to t + h [s]; h must hold a whole number of sampling periods."""
+        self.check_inputs()
+        n_samples, period = self._samples_of(h)
+        p, u = self._record(self._p), self._record(self._u)
+        for i in range(n_samples):
+            start = t + i * period
+            if self._samples:
+                self._update(start, u, p)
+            if self.model.n_continuous:
+                self._integrate(start, period, p, i / n_samples, 1.0 / n_samples)
+        self.time = t + h
+        self.previous_inputs = self.values[self._u]
+        self._write_outputs(self.time)
+
+    def check_inputs(self) -> None:
+        """Refuse inputs that are not finite; cheap, once a step."""
+        if not math.isfinite(sum(self.values[self._u])):
+            self.check()
+
+    def _record(self, place: slice) -> Any:
+        kind = self.model.parameters if place is self._p else self.model.inputs
+        return kind.record(self.values[place])
+
+    def _samples_of(self, h: float) -> tuple[int, float]:
+        if self.model.sample_time is None:
+            return 1, h
+        period = self[self.model.sample_time]
+        n = round(h / period)
+        if n < 1 or abs(n * period - h) > RELATIVE_STEP_TOLERANCE * h:
+            raise ModelError(
+                f"communication step: not a multiple of {self.model.sample_time}, got {h!r} s, "
+                f"expected a multiple of {period!r} s"
+            )
+        return n, period
+
+    def _update(self, t: float, u: Any, p: Any) -> None:
+        x = self.model.states.record(self.values[self._x])
+        new = self.model.update(t, x, u, p, self.m)
+        self.values[self._x] = self.model.states.merged(new, self.values[self._x])
+
+    def _integrate(self, t: float, period: float, p: Any, first: float, share: float) -> None:
+        n = n_substeps(period, self.model.substep)
+        h = period / n
+        n_c, states, inputs = self.model.n_continuous, self.model.states, self.model.inputs
+        held = self.values[self._x][n_c:]
+        old, new, mode = self.previous_inputs, self.values[self._u], self._hold()
+
+        def h_times_derivatives(place: float, x: list[float]) -> list[float]:
+            u = _inputs_at(old, new, mode, first + share * (place / n))
+            der = self.model.derivatives(t + place * h, states.record(x + held), inputs.record(u), p, self.m)
+            return [h * d for d in self.model.continuous.flat(der)]
+
+        x = self.values[self._x][:n_c]
+        self.values[self._x] = runge_kutta_4(h_times_derivatives, n, x) + held
+
+    def _hold(self) -> int:
+        if self.model.input_hold is None:
+            return InputHold.hold_new
+        return int(self[self.model.input_hold])
+
+    def _write_outputs(self, t: float) -> None:
+        if not len(self.model.results):
+            return
+        x = self.model.states.record(self.values[self._x])
+        y = self.model.outputs(t, x, self._record(self._u), self._record(self._p), self.m)
+        self.values[self._y] = self.model.results.flat(y)
+
+
+def _inputs_at(old: Sequence[float], new: Sequence[float], mode: int, share: float) -> Sequence[float]:
+    """Inputs at a share of the communication step (0 at its start, 1 at its end)."""
+    if mode == InputHold.hold_new:
+        return new
+    if mode == InputHold.hold_old:
+        return old
+    return [a + share * (b - a) for a, b in zip(old, new, strict=True)]
