@@ -27,7 +27,7 @@ class Arithmetic(Protocol):
 
 
 class PythonArithmetic:
-    """`math` with `where` (both branches are evaluated), `both` (logical and) and `pick` (indexing from 0)."""
+    """`math` with `where` (both branches evaluated), `both` (logical and), `pick` (index from 0)."""
 
     pi = math.pi
     sqrt = staticmethod(math.sqrt)

@@ -19,7 +19,7 @@ class RecordType:
             first = self.fields[v.base].start if v.base in self.fields else i
             self.fields[v.base] = slice(first, i + 1)
         self._scalar = [variables[place.start].name == base for base, place in self.fields.items()]
-        self._type: Any = namedtuple(title, self.fields)  # type: ignore[misc]  # noqa: PYI024
+        self._type: Any = namedtuple(title, self.fields)  # type: ignore[misc]
         self._flat = all(self._scalar)
 
     def __len__(self) -> int:
