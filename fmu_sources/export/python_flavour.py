@@ -1,0 +1,76 @@
+"""The Python flavour: a model as an FMI 2.0 FMU that runs in the host's Python through PythonFMU."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pythonfmu
+
+from ..model import Model
+from ..registry import ROOT, source_files
+from .archive import pack
+from .description import Flavour, describe, guid
+
+PYTHON = Flavour("Python flavour", needs_execution_tool=True)
+
+_BINARIES = {"linux64": ".so", "win64": ".dll"}
+
+_DEPENDENCIES = """\
+This FMU runs inside the host's Python interpreter (3.11 or newer); it cannot be loaded by a host
+without one. It needs no package beside the interpreter. Use the native flavour elsewhere.
+"""
+
+_SLAVE = '''\
+"""Entry module of this FMU."""
+
+from {package}.export.python_slave import ModelSlave
+from {package}.{module} import MODEL
+
+
+class Slave(ModelSlave):
+    """FMI slave of the model."""
+
+    model = MODEL
+
+    def __init__(self, **kwargs):
+        super().__init__(**kwargs)
+'''
+
+
+def python_sources(model_file: Path) -> dict[str, bytes]:
+    """Collect the modules that the FMU carries: path in the package to bytes."""
+    shell = ROOT / "export" / "python_slave.py"
+    files = {ROOT / "__init__.py", *source_files(model_file), *source_files(shell)}
+    return {path.relative_to(ROOT).as_posix(): path.read_bytes() for path in sorted(files)}
+
+
+def python_token(sources: dict[str, bytes]) -> str:
+    """Compute the GUID of the flavour from its sources and the exporter's version."""
+    contents = [part for path, text in sources.items() for part in (path.encode(), text)]
+    return guid(pythonfmu.__version__.encode(), _SLAVE.encode(), *contents)
+
+
+def build_python(model: Model, model_file: Path) -> bytes:
+    """Build the FMU of a model whose module is `model_file`."""
+    sources = python_sources(model_file)
+    token = python_token(sources)
+    unique = f"{model.name}_{token[1:9]}"
+    module = model_file.relative_to(ROOT).with_suffix("").as_posix().replace("/", ".")
+    slave = _SLAVE.format(package=f"dockloop_{unique}", module=module)
+    contents = {f"resources/dockloop_{unique}/{path}": text for path, text in sources.items()}
+    contents |= {
+        "modelDescription.xml": describe(model, PYTHON, token),
+        "resources/slavemodule.txt": f"slave_{unique}".encode(),
+        f"resources/slave_{unique}.py": slave.encode(),
+        "documentation/externalDependencies.txt": _DEPENDENCIES.encode(),
+    }
+    return pack(contents | _pythonfmu_files(model.name))
+
+
+def _pythonfmu_files(identifier: str) -> dict[str, bytes]:
+    home = Path(pythonfmu.__file__).parent
+    files = {f"resources/pythonfmu/{f.name}": f.read_bytes() for f in sorted(home.glob("*.py"))}
+    for platform, ending in _BINARIES.items():
+        for library in sorted((home / "resources" / "binaries" / platform).glob(f"*{ending}")):
+            files[f"binaries/{platform}/{identifier}{ending}"] = library.read_bytes()
+    return files
