@@ -1,0 +1,280 @@
+"""Structure of a system: instances, ports, units and wires, checked as a whole. No FMU is loaded."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from .config import Connection, LoadedConfig, Value
+from .description import Description, Kind, Variable
+from .errors import ConfigError, expected
+from .units import Conversion, conversion
+
+
+@dataclass(frozen=True)
+class Instance:
+    """One FMU of the system with the values it starts from."""
+
+    name: str
+    description: Description
+    every: int
+    start: Mapping[str, float | str]
+
+    def value_of(self, name: str) -> float | str | None:
+        """Value of a parameter or start value: the configured one or the FMU's own."""
+        if name in self.start:
+            return self.start[name]
+        variable = self.description.by_name.get(name)
+        if variable is None or variable.start is None:
+            return None
+        return parse(variable, variable.start)
+
+
+@dataclass(frozen=True)
+class Port:
+    """A variable of an instance."""
+
+    instance: str
+    variable: Variable
+
+    @property
+    def name(self) -> str:
+        """Qualified name."""
+        return f"{self.instance}.{self.variable.name}"
+
+
+@dataclass(frozen=True)
+class Wire:
+    """A connection between two ports that fit; `delay` is in steps beyond what the order gives."""
+
+    source: Port
+    target: Port
+    delay: int
+    conversion: Conversion
+
+
+@dataclass(frozen=True)
+class System:
+    """Instances by name in the order of the file, and the wires between them."""
+
+    instances: Mapping[str, Instance]
+    wires: tuple[Wire, ...]
+
+    def wires_into(self, instance: str) -> list[Wire]:
+        """Wires that end at an instance."""
+        return [w for w in self.wires if w.target.instance == instance]
+
+    def port(self, signal: str) -> Port:
+        """Find `instance.variable`; KeyError if there is none."""
+        instance, _, variable = signal.partition(".")
+        return Port(instance, self.instances[instance].description.by_name[variable])
+
+
+def parse(variable: Variable, value: Value) -> float | str:
+    """
+    Turn a configured value into what the FMU takes; an enumeration takes its item's name.
+
+    Raises:
+        ValueError: With what is expected.
+    """
+    if variable.kind is Kind.STRING:
+        return str(value)
+    if isinstance(value, str):
+        value = _from_text(variable, value)
+    if variable.kind is Kind.BOOLEAN and value not in (0, 1):
+        raise ValueError("expected true or false")
+    if variable.items and value not in variable.items.values():
+        raise ValueError(f"expected one of {', '.join(variable.items)}")
+    if variable.kind is not Kind.REAL and value != int(value):
+        raise ValueError("expected a whole number")
+    _refuse_out_of_range(variable, float(value))
+    return float(value)
+
+
+def _from_text(variable: Variable, text: str) -> float:
+    if variable.items:
+        if text in variable.items:
+            return variable.items[text]
+        if not text.lstrip("-").isdigit():
+            raise ValueError(expected(text, variable.items))
+    if variable.kind is Kind.BOOLEAN and text in ("true", "false"):
+        return float(text == "true")
+    try:
+        return float(text)
+    except ValueError:
+        raise ValueError("expected a number") from None
+
+
+def _refuse_out_of_range(variable: Variable, value: float) -> None:
+    if not math.isfinite(value):
+        raise ValueError("expected a finite number")
+    if variable.minimum is not None and value < variable.minimum:
+        raise ValueError(f"expected at least {variable.minimum:g}")
+    if variable.maximum is not None and value > variable.maximum:
+        raise ValueError(f"expected at most {variable.maximum:g}")
+
+
+def build_system(
+    loaded: LoadedConfig, descriptions: Mapping[str, Description], overrides: Mapping[str, Value]
+) -> System:
+    """
+    Join a configuration and the descriptions of its FMUs.
+
+    Args:
+        loaded: The configuration.
+        descriptions: By instance name.
+        overrides: `instance.variable` to value, from a variant and `--set`; keys say where in messages.
+
+    Raises:
+        ConfigError: With every fault: unknown variables, values that do not fit, units, double sources.
+    """
+    problems: list[str] = []
+    wires = _wires(loaded, descriptions, problems)
+    connected = {w.target.name for w in wires}
+    instances = {
+        name: Instance(name, d, loaded.config.fmus[name].every, _start(loaded, name, d, connected, problems))
+        for name, d in descriptions.items()
+    }
+    for signal, value in overrides.items():
+        _override(instances, signal, value, connected, problems)
+    _check_signals(loaded, descriptions, problems)
+    if problems:
+        raise ConfigError(problems)
+    return System(instances, tuple(wires))
+
+
+def _start(
+    loaded: LoadedConfig, name: str, d: Description, connected: set[str], problems: list[str]
+) -> dict[str, float | str]:
+    entry = loaded.config.fmus[name]
+    values: dict[str, float | str] = {}
+    for section, given in (("parameters", entry.parameters), ("start", entry.start)):
+        for key, value in given.items():
+            where = loaded.where("fmus", name, section, key)
+            try:
+                values[key] = _settable(d, name, key, value, connected)
+            except ValueError as error:
+                problems.append(f"{where}: {error}")
+    return values
+
+
+def _override(
+    instances: dict[str, Instance], signal: str, value: Value, connected: set[str], problems: list[str]
+) -> None:
+    name, _, key = signal.partition(".")
+    if name not in instances:
+        problems.append(f"{signal}: no such FMU, got {name!r}, {expected(name, instances)}")
+        return
+    instance = instances[name]
+    try:
+        parsed = _settable(instance.description, name, key, value, connected)
+    except ValueError as error:
+        problems.append(f"{signal}: {error}")
+        return
+    instances[name] = Instance(name, instance.description, instance.every, {**instance.start, key: parsed})
+
+
+def _settable(d: Description, name: str, key: str, value: Value, connected: set[str]) -> float | str:
+    variable = d.by_name.get(key)
+    settable = [
+        v.name
+        for v in d.variables
+        if v.causality in ("parameter", "input") or v.initial in ("exact", "approx")
+    ]
+    if variable is None:
+        raise ValueError(
+            f"no such variable in {name} ({d.model_name}), got {key!r}, {expected(key, settable)}"
+        )
+    if key not in settable or variable.variability == "constant":
+        raise ValueError(f"cannot be set, got {key!r} (calculated by the FMU), {expected(key, settable)}")
+    if f"{name}.{key}" in connected:
+        raise ValueError(f"has two sources, got a start value and a connection to {name}.{key}, expected one")
+    try:
+        return parse(variable, value)
+    except ValueError as error:
+        unit = "" if variable.unit_name == "1" else f" {variable.unit_name}"
+        raise ValueError(f"value not allowed, got {value!r}{unit}, {error}") from None
+
+
+def _wires(loaded: LoadedConfig, descriptions: Mapping[str, Description], problems: list[str]) -> list[Wire]:
+    wires: list[Wire] = []
+    first: dict[str, int] = {}
+    for i, connection in enumerate(loaded.config.connections):
+        source = _port(loaded, descriptions, i, "from", connection.source, problems)
+        target = _port(loaded, descriptions, i, "to", connection.target, problems)
+        if connection.target in first:
+            problems.append(
+                f"{loaded.where('connections', i, 'to')}: has two sources, got {connection.target!r} "
+                f"again, expected one connection (the other is connections[{first[connection.target]}])"
+            )
+            continue
+        first[connection.target] = i
+        if source is not None and target is not None:
+            wires += _wire(loaded, i, connection, source, target, problems)
+    return wires
+
+
+def _wire(
+    loaded: LoadedConfig, i: int, c: Connection, source: Port, target: Port, problems: list[str]
+) -> list[Wire]:
+    found = conversion(source.variable.unit, target.variable.unit)
+    if found is None:
+        problems.append(
+            f"{loaded.where('connections', i)}: units differ, got {source.name} [{source.variable.unit_name}] "
+            f"-> {target.name} [{target.variable.unit_name}], expected the same quantity"
+        )
+        return []
+    if Kind.STRING in (source.variable.kind, target.variable.kind):
+        problems.append(f"{loaded.where('connections', i)}: strings cannot be connected, got {source.name}")
+        return []
+    return [Wire(source, target, c.delay, found)]
+
+
+_ALLOWED = {"from": ("output",), "to": ("input",)}
+
+
+def _port(
+    loaded: LoadedConfig,
+    descriptions: Mapping[str, Description],
+    i: int,
+    end: str,
+    signal: str,
+    problems: list[str],
+) -> Port | None:
+    fault = signal_fault(descriptions, signal, _ALLOWED[end])
+    if fault is not None:
+        problems.append(f"{loaded.where('connections', i, end)}: {fault}")
+        return None
+    instance, _, variable = signal.partition(".")
+    return Port(instance, descriptions[instance].by_name[variable])
+
+
+def signal_fault(
+    descriptions: Mapping[str, Description], signal: str, causalities: tuple[str, ...] | None
+) -> str | None:
+    """Say what is wrong with `instance.variable`; None if it exists with one of the causalities."""
+    instance, _, variable = signal.partition(".")
+    if instance not in descriptions:
+        return f"no such FMU, got {instance!r}, {expected(instance, descriptions)}"
+    d = descriptions[instance]
+    names = [v.name for v in d.variables if causalities is None or v.causality in causalities]
+    if variable in names:
+        return None
+    what = "variable" if causalities is None else " or ".join(causalities)
+    return f"no such {what} of {instance} ({d.model_name}), got {variable!r}, {expected(variable, names)}"
+
+
+def _check_signals(
+    loaded: LoadedConfig, descriptions: Mapping[str, Description], problems: list[str]
+) -> None:
+    compare = loaded.config.compare
+    named = {} if compare is None else {k: v for k, v in compare.model_dump().items() if isinstance(v, str)}
+    for key, signal in named.items():
+        fault = signal_fault(descriptions, signal, ("output",))
+        if fault is not None:
+            problems.append(f"{loaded.where('compare', key)}: {fault}")
+    for signal in loaded.config.limits:
+        fault = signal_fault(descriptions, signal, ("output",))
+        if fault is not None:
+            problems.append(f"{loaded.where('limits', signal)}: {fault}")
