@@ -1,0 +1,185 @@
+"""
+A model with effects in its slots: a new model, exported like any other.
+
+    with_effect(docking_contact, "rope_force", slack)  ->  docking_contact__rope_force_slack
+
+The effect's parameters and states join the model's as `<prefix>_<name>`, the prefix being `<slot>_<effect>`.
+The base's equations stay untouched: they call `slot(name, value, **signals)`, and the effects answer in the
+order in which they were added. The states of an effect change with the equation that owns the slot, its home:
+
+    derivatives   with the model's own states
+    outputs       the outputs are evaluated beside the derivatives
+    update        value and signals of the sampling instant are held in hidden states over the period
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, ClassVar
+
+from .arithmetic import PYTHON, Arithmetic
+from .effects.effect import Applied, Effect
+from .effects.placed import Placed
+from .effects.roles import Signals, by_role, fits, roles
+from .model import Model, Slot, SlotFunction, Values, no_effect
+from .variables import Role
+
+SEPARATOR, AND = "__", "_and_"
+EQUATIONS = ("derivatives", "outputs", "update")
+KEPT = ("slots", "delays", "sample_time", "input_hold", "substep")
+
+Arguments = tuple[Any, Any, Any, Any, Arithmetic]
+Note = Callable[[Placed, Any, Signals, Applied], None]
+
+
+class Composed(Model):
+    """A model of which some slots hold effects; made by `with_effect`."""
+
+    base: ClassVar[Model]
+    placed: ClassVar[tuple[Placed, ...]]
+
+    def initial(self, x: Any, u: Any, p: Any, m: Arithmetic) -> Values:
+        starts = dict(self.base.initial(x, u, p, m))
+        start = self.states.flat(x._asdict())
+        seen: dict[str, Any] = {}
+
+        def note(place: Placed, value: Any, s: Signals, applied: Applied) -> None:
+            seen.update({f"{place.prefix}_{name}": value for name in place.effect.follows})
+            seen.update(place.hold(value, s))
+
+        for _ in self.placed:
+            x = self.states.record(self.states.merged(starts | seen, start))
+            for home in self._homes(lambda place: bool(place.effect.follows or place.held)):
+                self._call(home, (0.0, x, u, p, m), note)
+        return starts | seen
+
+    def update(self, t: Any, x: Any, u: Any, p: Any, m: Arithmetic, slot: SlotFunction = no_effect) -> Values:
+        changes: dict[str, Any] = {}
+
+        def note(place: Placed, value: Any, s: Signals, applied: Applied) -> None:
+            changes.update(place.changes(applied, is_sampled=True))
+            changes.update(place.hold(value, s))
+
+        new = self._call("update", (t, x, u, p, m), note)
+        for home in self._homes(lambda place: any(v.sampled for v in place.effect.states)) - {"update"}:
+            self._call(home, (t, x, u, p, m), note)
+        return {**new, **changes}
+
+    def derivatives(
+        self, t: Any, x: Any, u: Any, p: Any, m: Arithmetic, slot: SlotFunction = no_effect
+    ) -> Values:
+        changes: dict[str, Any] = {}
+
+        def note(place: Placed, value: Any, s: Signals, applied: Applied) -> None:
+            changes.update(place.changes(applied, is_sampled=False))
+
+        der = self._call("derivatives", (t, x, u, p, m), note)
+        if "outputs" in self._homes(lambda place: any(not v.sampled for v in place.effect.states)):
+            self._call("outputs", (t, x, u, p, m), note)
+        for place in self.placed:
+            if place.held:
+                changes |= place.changes(place.applied_to_held(t, x, p, m), is_sampled=False)
+        return {**der, **changes}
+
+    def outputs(
+        self, t: Any, x: Any, u: Any, p: Any, m: Arithmetic, slot: SlotFunction = no_effect
+    ) -> Values:
+        return self._call("outputs", (t, x, u, p, m), lambda *_: None)
+
+    def _homes(self, condition: Callable[[Placed], bool]) -> set[str]:
+        return {place.home for place in self.placed if condition(place)}
+
+    def _call(self, equation: str, arguments: Arguments, note: Note) -> Values:
+        t, x, _, p, m = arguments
+
+        def slot(name: str, value: Any, **signals: Any) -> Any:
+            for place in self.placed:
+                if place.slot.name != name:
+                    continue
+                s = by_role(place.slot, signals)
+                applied = place.apply(t, value, s, x, p, m)
+                if place.home == equation:
+                    note(place, value, s, applied)
+                value = applied.value
+                signals |= {roles(place.slot)[role]: new for role, new in applied.signals.items()}
+            return value
+
+        values: Values = getattr(self.base, equation)(*arguments, slot=slot)
+        return values
+
+
+def with_effect(
+    model: Model,
+    slot: str,
+    effect: Effect,
+    prefix: str | None = None,
+    starts: Mapping[str, float] | None = None,
+) -> Model:
+    """
+    Put an effect into a slot, behind those that are there.
+
+    Args:
+        model: The model, with or without effects.
+        slot: Name of one of its slots.
+        effect: The law; it must fit the slot's signals.
+        prefix: Begin of the new names, `<slot>_<effect>` if None.
+        starts: Start values by the effect's own short names.
+
+    Raises:
+        ValueError: If there is no such slot, the effect does not fit, or the prefix is taken.
+    """
+    base = model.base if isinstance(model, Composed) else model
+    before = model.placed if isinstance(model, Composed) else ()
+    place = Placed(_slot_of(base, slot), effect, prefix or f"{slot}_{effect.name}", _home(base, slot))
+    _check(model, place, before)
+    attributes = {name: getattr(model, name) for name in KEPT} | {
+        "base": base,
+        "placed": (*before, place),
+        "name": model.name + (AND if before else SEPARATOR) + place.prefix,
+        "description": f"{model.description} With {effect.name} in {slot}.",
+        "variables": (*model.variables, *place.declarations(starts or {})),
+    }
+    composed: Model = type("Composed", (Composed,), attributes)()
+    return composed
+
+
+def _check(model: Model, place: Placed, before: tuple[Placed, ...]) -> None:
+    if not fits(place.effect, place.slot):
+        raise ValueError(
+            f"{model.name}.{place.slot.name}: {place.effect.name} does not fit, got signals "
+            f"{[*place.slot.signals]}, expected {[*place.effect.needs]} and a place for "
+            f"{' or '.join(sorted(p.value for p in place.effect.places))}"
+        )
+    if any(place.prefix == other.prefix for other in before):
+        raise ValueError(f"{model.name}: prefix is taken, got {place.prefix!r}, expected a new one")
+
+
+def _slot_of(model: Model, name: str) -> Slot:
+    for slot in model.slots:
+        if slot.name == name:
+            return slot
+    known = [s.name for s in model.slots]
+    raise ValueError(f"{model.name}: no such slot, got {name!r}, expected one of {known}")
+
+
+def _home(model: Model, slot: str) -> str:
+    """Find the equation that owns a slot by evaluating the model at its start."""
+    x, u, p = (
+        kind.record([v.start for v in model.group(role)])
+        for kind, role in (
+            (model.states, Role.STATE),
+            (model.inputs, Role.INPUT),
+            (model.parameters, Role.PARAMETER),
+        )
+    )
+    called: set[str] = set()
+
+    def note(name: str, value: Any, **signals: Any) -> Any:
+        called.add(name)
+        return value
+
+    for equation in EQUATIONS:
+        getattr(model, equation)(0.0, x, u, p, PYTHON, slot=note)
+        if slot in called:
+            return equation
+    raise ValueError(f"{model.name}.{slot}: the equations do not call this slot")

@@ -1,0 +1,42 @@
+"""All effects by name: each `<name>.py` of this folder holds its effect as `EFFECT`."""
+
+from __future__ import annotations
+
+import importlib
+import re
+from collections.abc import Mapping
+from functools import cache
+from pathlib import Path
+
+from ..model import Slot
+from .effect import Effect
+from .learned import AXES, learned
+from .roles import fits
+
+_LEARNED = re.compile(f"learned_({'|'.join(AXES)})_({'|'.join(AXES)})")
+
+
+@cache
+def listed() -> Mapping[str, Effect]:
+    """Effects that have a name of their own, in alphabetical order; `learned` ones are not among them."""
+    files = sorted(Path(__file__).parent.glob("*.py"))
+    names = [f.stem for f in files if "\nEFFECT = " in f.read_text(encoding="utf-8") and f.stem != "learned"]
+    return {name: _load(name) for name in names}
+
+
+def effect(name: str) -> Effect:
+    """Find an effect by name, also `learned_<first>_<second>`; KeyError if there is none."""
+    parts = _LEARNED.fullmatch(name)
+    return learned(parts[1], parts[2]) if parts else listed()[name]
+
+
+def candidates(slot: Slot) -> list[Effect]:
+    """List the named effects that fit a slot."""
+    return [e for e in listed().values() if fits(e, slot)]
+
+
+def _load(name: str) -> Effect:
+    found = importlib.import_module(f".{name}", __package__).EFFECT
+    assert isinstance(found, Effect)
+    assert found.name == name
+    return found

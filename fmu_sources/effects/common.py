@@ -1,0 +1,20 @@
+"""Declarations that several effects share."""
+
+from __future__ import annotations
+
+from ..variables import Variable, parameter
+
+SMOOTHING_SHARE = 0.02
+NEVER = 1e9
+
+
+def smoothing(start: float = 1e-3) -> Variable:
+    """Declare the velocity over which a sign is rounded."""
+    return parameter(
+        "smoothing", start, "{position}/s", "Velocity over which the sign is rounded, v_0", above=0.0
+    )
+
+
+def level(description: str) -> Variable:
+    """Declare the size of a force that only takes energy."""
+    return parameter("level", 0.0, "{value}", description, minimum=0.0)

@@ -1,0 +1,33 @@
+"""
+A value that cannot exceed a limit.
+
+    y = clip(value, -L, L)
+
+Parameters limit L [{value}] >= 0
+Source     end of an amplifier's range or of an actuator's force.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..arithmetic import Arithmetic
+from ..variables import parameter
+from .common import NEVER
+from .effect import Applied, Effect
+from .shapes import clip
+
+
+def law(t: Any, value: Any, s: Any, x: Any, p: Any, m: Arithmetic) -> Applied:
+    """Limit the value."""
+    return Applied(clip(value, -p.limit, p.limit, m))
+
+
+EFFECT = Effect(
+    name="force_saturation",
+    description="A value that cannot exceed a limit",
+    law=law,
+    parameters=(parameter("limit", NEVER, "{value}", "Largest size L", minimum=0.0),),
+    absent={"limit": NEVER},
+    scale=lambda rms: {"limit": 1.2 * rms.value},
+)

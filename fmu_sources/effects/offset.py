@@ -1,0 +1,31 @@
+"""
+A constant that is added.
+
+    y = value + b
+
+Parameters offset b
+Source     amplifier offset, residue of gravity.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..arithmetic import Arithmetic
+from ..variables import parameter
+from .effect import Applied, Effect
+
+
+def law(t: Any, value: Any, s: Any, x: Any, p: Any, m: Arithmetic) -> Applied:
+    """Add a constant."""
+    return Applied(value + p.offset)
+
+
+EFFECT = Effect(
+    name="offset",
+    description="A constant that is added",
+    law=law,
+    parameters=(parameter("offset", 0.0, "{value}", "Offset b"),),
+    absent={"offset": 0.0},
+    scale=lambda rms: {"offset": 0.05 * rms.value},
+)
