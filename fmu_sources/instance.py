@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from .arithmetic import PYTHON, PythonArithmetic
 from .integrate import n_substeps, runge_kutta_4
-from .model import InputHold, Model
+from .model import Fault, InputHold, Model
 from .variables import Role
 
 RELATIVE_STEP_TOLERANCE = 1e-9
@@ -72,6 +72,30 @@ class Instance:
     def initialise(self, t: float = 0.0) -> None:
         """Compute the states that follow from inputs and parameters, and the outputs at t [s]."""
         self.check()
+        self._guarded(self._start, t)
+        self._refuse_faults(t)
+
+    def step(self, t: float, h: float) -> None:
+        """Step from t to t + h [s]; h must hold a whole number of sampling periods."""
+        self.check_inputs()
+        n_samples, period = self._samples_of(h)
+        self._guarded(self._advance, t, h, n_samples, period)
+        self._refuse_faults(self.time)
+
+    def check_inputs(self) -> None:
+        """Refuse inputs that are not finite; cheap, once a step."""
+        if not math.isfinite(sum(self.values[self._u])):
+            self.check()
+
+    def _guarded(self, equations: Callable[..., None], t: float, *step: Any) -> None:
+        try:
+            equations(t, *step)
+        except (ArithmeticError, ValueError) as error:
+            raise ModelError(
+                f"{self.model.name} at t={t!r} s: the equations have no result, {error}"
+            ) from error
+
+    def _start(self, t: float) -> None:
         p, u = self._record(self._p), self._record(self._u)
         x = self.model.states.record(self.values[self._x])
         starts = self.model.initial(x, u, p, self.m)
@@ -80,10 +104,7 @@ class Instance:
         self.time = t
         self._write_outputs(t)
 
-    def step(self, t: float, h: float) -> None:
-        """Step from t to t + h [s]; h must hold a whole number of sampling periods."""
-        self.check_inputs()
-        n_samples, period = self._samples_of(h)
+    def _advance(self, t: float, h: float, n_samples: int, period: float) -> None:
         p, u = self._record(self._p), self._record(self._u)
         for i in range(n_samples):
             start = t + i * period
@@ -94,11 +115,6 @@ class Instance:
         self.time = t + h
         self.previous_inputs = self.values[self._u]
         self._write_outputs(self.time)
-
-    def check_inputs(self) -> None:
-        """Refuse inputs that are not finite; cheap, once a step."""
-        if not math.isfinite(sum(self.values[self._u])):
-            self.check()
 
     def _record(self, place: slice) -> Any:
         kind = self.model.parameters if place is self._p else self.model.inputs
@@ -147,6 +163,22 @@ class Instance:
         x = self.model.states.record(self.values[self._x])
         y = self.model.outputs(t, x, self._record(self._u), self._record(self._p), self.m)
         self.values[self._y] = self.model.results.flat(y)
+
+    def _refuse_faults(self, t: float) -> None:
+        if not self.model.fault_texts:
+            return
+        x = self.model.states.record(self.values[self._x])
+        found = self.model.faults(t, x, self._record(self._u), self._record(self._p), self.m)
+        texts = [
+            self._message(f) for f, is_true in zip(self.model.fault_texts, found, strict=True) if is_true
+        ]
+        if texts:
+            raise ModelError("; ".join(texts))
+
+    def _message(self, fault: Fault) -> str:
+        unit = self.model.all_variables[self.index[fault.variable]].unit
+        value = f"{self[fault.variable]!r}" + ("" if unit == "1" else f" {unit}")
+        return f"{fault.variable}: {fault.text}, got {value}, expected {fault.expected}"
 
 
 def _inputs_at(old: Sequence[float], new: Sequence[float], mode: int, share: float) -> Sequence[float]:

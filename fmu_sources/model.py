@@ -64,6 +64,15 @@ class Delay:
     reason: str = ""
 
 
+@dataclass(frozen=True)
+class Fault:
+    """What ends a run: the variable whose value shows it, what is wrong, what is expected of the value."""
+
+    variable: str
+    text: str
+    expected: str
+
+
 def no_effect(name: str, value: Any, **signals: Any) -> Any:
     """Leave what stands in the slot."""
     return value
@@ -77,6 +86,7 @@ class Model:
     variables: ClassVar[tuple[Variable, ...]]
     slots: ClassVar[tuple[Slot, ...]] = ()
     delays: ClassVar[tuple[Delay, ...]] = ()
+    fault_texts: ClassVar[tuple[Fault, ...]] = ()
     sample_time: ClassVar[str | None] = None
     input_hold: ClassVar[str | None] = None
     substep: ClassVar[float] = 0.2e-3
@@ -100,6 +110,10 @@ class Model:
     ) -> Values:
         """All outputs that are not states."""
         return {}
+
+    def faults(self, t: Any, x: Any, u: Any, p: Any, m: Arithmetic) -> Sequence[Any]:
+        """Conditions that end the run, in the order of `fault_texts`: true or not zero is a fault."""
+        return ()
 
     def group(self, role: Role) -> tuple[Variable, ...]:
         """Variables of one role in declared order; continuous states stand before sampled ones."""
