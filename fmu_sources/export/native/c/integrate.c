@@ -1,0 +1,84 @@
+/* The same operations in the same order as fmu_sources/integrate.py, so that both agree bit for bit. */
+
+#include "integrate.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { HOLD_NEW = 2, HOLD_OLD = 3, MOST_SUBSTEPS = 1000000000 };
+
+typedef struct {
+    const Data *data;
+    const Span *span;
+    int n;
+    double h;
+    double hold;
+} Stages;
+
+int n_substeps(double period) {
+    const double n = ceil(period / LONGEST_SUBSTEP - 1e-9);
+    if (!(n <= MOST_SUBSTEPS)) {
+        return -1;
+    }
+    return n < 1.0 ? 1 : (int)n;
+}
+
+static const double *inputs_at(const Stages *stages, double share, double u[ROOM(N_INPUTS)]) {
+    const double *old = stages->data->previous_inputs;
+    const double *new = stages->data->values + FIRST_INPUT;
+    if (stages->hold == HOLD_NEW) {
+        return new;
+    }
+    if (stages->hold == HOLD_OLD) {
+        return old;
+    }
+    for (int i = 0; i < N_INPUTS; i++) {
+        u[i] = old[i] + share * (new[i] - old[i]);
+    }
+    return u;
+}
+
+/* k = h der(x) at a place counted in substeps. */
+static void slope(const Stages *stages, double place, const double *x, double k[ROOM(N_CONTINUOUS)]) {
+    const Span *span = stages->span;
+    double u[ROOM(N_INPUTS)];
+    const double share = span->first + span->share * (place / stages->n);
+    const double t = span->t + place * stages->h;
+    model_derivatives(t, x, inputs_at(stages, share, u), stages->data->values, k);
+    for (int i = 0; i < N_CONTINUOUS; i++) {
+        k[i] = stages->h * k[i];
+    }
+}
+
+static void substep(const Stages *stages, double place, double x[ROOM(N_STATES)]) {
+    double k1[ROOM(N_CONTINUOUS)], k2[ROOM(N_CONTINUOUS)];
+    double k3[ROOM(N_CONTINUOUS)], k4[ROOM(N_CONTINUOUS)];
+    double stage[ROOM(N_STATES)];
+    memcpy(stage, x, N_STATES * sizeof *x); /* sampled states stay */
+
+    slope(stages, place, x, k1);
+    for (int i = 0; i < N_CONTINUOUS; i++) {
+        stage[i] = x[i] + 0.5 * k1[i];
+    }
+    slope(stages, place + 0.5, stage, k2);
+    for (int i = 0; i < N_CONTINUOUS; i++) {
+        stage[i] = x[i] + 0.5 * k2[i];
+    }
+    slope(stages, place + 0.5, stage, k3);
+    for (int i = 0; i < N_CONTINUOUS; i++) {
+        stage[i] = x[i] + k3[i];
+    }
+    slope(stages, place + 1.0, stage, k4);
+    for (int i = 0; i < N_CONTINUOUS; i++) {
+        x[i] = x[i] + (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i]) / 6.0;
+    }
+}
+
+void integrate(Data *data, const Span *span) {
+    const int n = n_substeps(span->period);
+    const double hold = INPUT_HOLD < 0 ? HOLD_NEW : data->values[PLACE(INPUT_HOLD)];
+    const Stages stages = {data, span, n, span->period / n, hold};
+    for (int i = 0; i < n; i++) {
+        substep(&stages, i, data->values + FIRST_STATE);
+    }
+}

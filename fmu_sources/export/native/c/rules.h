@@ -1,0 +1,17 @@
+/* What values are allowed: the declared rules of parameters and inputs, finite results. */
+
+#ifndef RULES_H
+#define RULES_H
+
+#include "instance.h"
+
+/* Refuse parameters and inputs that break a rule; one message names all of them. */
+bool check_rules(const Instance *instance, Data *data);
+
+/* Refuse inputs that are not finite, and parameters that were set since the last check. */
+bool check_inputs(const Instance *instance, Data *data);
+
+/* Refuse what the model calls a fault, and states and outputs that are not finite. */
+bool check_results(const Instance *instance, const Data *data);
+
+#endif

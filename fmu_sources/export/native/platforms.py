@@ -1,0 +1,37 @@
+"""The platforms of a release: what the compiler calls them, where FMI 2.0 and FMI 3.0 expect the binary."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Platform:
+    """One platform; `fmi2_folder` and `fmi3_folder` are names below `binaries/`."""
+
+    zig_target: str
+    fmi2_folder: str
+    fmi3_folder: str
+    ending: str
+    link_flags: tuple[str, ...] = ()
+
+
+LINUX = Platform("x86_64-linux-gnu.2.17", "linux64", "x86_64-linux", ".so", ("-lm",))
+LINUX_ARM = Platform("aarch64-linux-gnu.2.17", "linuxaarch64", "aarch64-linux", ".so", ("-lm",))
+WINDOWS = Platform("x86_64-windows-gnu", "win64", "x86_64-windows", ".dll")
+MAC_INTEL = Platform("x86_64-macos.11.0", "darwin64", "x86_64-darwin", ".dylib")
+MAC_ARM = Platform("aarch64-macos.11.0", "darwin64", "aarch64-darwin", ".dylib")
+RELEASE = (LINUX, WINDOWS, LINUX_ARM, MAC_INTEL, MAC_ARM)
+
+
+def host_ending() -> str:
+    """File ending of a shared library here."""
+    return {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
+
+
+def of_version(binaries: Mapping[str, bytes], fmi_version: str) -> dict[str, bytes]:
+    """Choose from a release the binaries in the folders of FMI "2.0" or "3.0"."""
+    folders = {p.fmi2_folder if fmi_version.startswith("2") else p.fmi3_folder for p in RELEASE}
+    return {path: content for path, content in binaries.items() if path.split("/")[1] in folders}
