@@ -1,4 +1,4 @@
-"""From a `source` in the YAML to an FMU file: a path as it is, or a model of `fmu_sources`, built when stale."""
+"""From a `source` to an FMU file: a path as it is, or a model of `fmu_sources`, built when stale."""
 
 from __future__ import annotations
 
@@ -11,6 +11,10 @@ from fmu_sources.export import build
 from .errors import ConfigError, expected
 
 Progress = Callable[[str], None]
+
+
+def silent(model: str) -> None:
+    """Show nothing."""
 
 
 def is_path(source: str) -> bool:

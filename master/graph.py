@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from .config import Connection, LoadedConfig, Value
 from .description import Description, Kind, Variable
@@ -116,7 +116,7 @@ def _refuse_out_of_range(variable: Variable, value: float) -> None:
 
 
 def build_system(
-    loaded: LoadedConfig, descriptions: Mapping[str, Description], overrides: Mapping[str, Value]
+    loaded: LoadedConfig, descriptions: Mapping[str, Description], overrides: Mapping[str, tuple[str, Value]]
 ) -> System:
     """
     Join a configuration and the descriptions of its FMUs.
@@ -124,7 +124,7 @@ def build_system(
     Args:
         loaded: The configuration.
         descriptions: By instance name.
-        overrides: `instance.variable` to value, from a variant and `--set`; keys say where in messages.
+        overrides: `instance.variable` to (where, value), from a variant and `--set`.
 
     Raises:
         ConfigError: With every fault: unknown variables, values that do not fit, units, double sources.
@@ -136,8 +136,9 @@ def build_system(
         name: Instance(name, d, loaded.config.fmus[name].every, _start(loaded, name, d, connected, problems))
         for name, d in descriptions.items()
     }
-    for signal, value in overrides.items():
-        _override(instances, signal, value, connected, problems)
+    for signal, (where, value) in overrides.items():
+        fault = _override(instances, signal, value, connected)
+        problems += [] if fault is None else [f"{where}: {fault}"]
     _check_signals(loaded, descriptions, problems)
     if problems:
         raise ConfigError(problems)
@@ -159,20 +160,18 @@ def _start(
     return values
 
 
-def _override(
-    instances: dict[str, Instance], signal: str, value: Value, connected: set[str], problems: list[str]
-) -> None:
+def _override(instances: dict[str, Instance], signal: str, value: Value, connected: set[str]) -> str | None:
+    """Set one value over those of the file; give what is wrong with it."""
     name, _, key = signal.partition(".")
     if name not in instances:
-        problems.append(f"{signal}: no such FMU, got {name!r}, {expected(name, instances)}")
-        return
+        return f"no such FMU, got {name!r}, {expected(name, instances)}"
     instance = instances[name]
     try:
         parsed = _settable(instance.description, name, key, value, connected)
     except ValueError as error:
-        problems.append(f"{signal}: {error}")
-        return
-    instances[name] = Instance(name, instance.description, instance.every, {**instance.start, key: parsed})
+        return str(error)
+    instances[name] = replace(instance, start={**instance.start, key: parsed})
+    return None
 
 
 def _settable(d: Description, name: str, key: str, value: Value, connected: set[str]) -> float | str:
@@ -221,14 +220,18 @@ def _wire(
     found = conversion(source.variable.unit, target.variable.unit)
     if found is None:
         problems.append(
-            f"{loaded.where('connections', i)}: units differ, got {source.name} [{source.variable.unit_name}] "
-            f"-> {target.name} [{target.variable.unit_name}], expected the same quantity"
+            f"{loaded.where('connections', i)}: units differ, "
+            f"got {_with_unit(source)} -> {_with_unit(target)}, expected the same quantity"
         )
         return []
     if Kind.STRING in (source.variable.kind, target.variable.kind):
         problems.append(f"{loaded.where('connections', i)}: strings cannot be connected, got {source.name}")
         return []
     return [Wire(source, target, c.delay, found)]
+
+
+def _with_unit(port: Port) -> str:
+    return f"{port.name} [{port.variable.unit_name}]"
 
 
 _ALLOWED = {"from": ("output",), "to": ("input",)}

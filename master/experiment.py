@@ -1,0 +1,125 @@
+"""From a YAML file to a system that is ready to step: variant, overrides, FMU files, graph, schedule."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from . import catalogue
+from .config import Config, LoadedConfig, Value, load_config, with_stop_time
+from .description import read_description
+from .errors import ConfigError, expected
+from .graph import System, build_system
+from .ledger import Ledger, make_ledger
+from .schedule import Schedule, make_schedule
+from .simulation import Grid
+from .yaml_lines import parse_value
+
+DIVERGENCE_FACTOR = 100.0
+
+
+@dataclass(frozen=True)
+class Request:
+    """What the user asks for beside the file."""
+
+    variant: str | None = None
+    assignments: tuple[str, ...] = ()
+    stop_time: float | None = None
+    flavour: str = "python"
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """A checked system, ready to run."""
+
+    config: Config
+    variant: str | None
+    system: System
+    schedule: Schedule
+
+    @property
+    def grid(self) -> Grid:
+        """Time grid of the run."""
+        return Grid(self.config.start_time, self.config.step_size, self.config.n_ticks)
+
+    @property
+    def ledger(self) -> Ledger:
+        """Delays of all connections and loops."""
+        return make_ledger(self.system, self.schedule, self.config.step_size)
+
+    @property
+    def limits(self) -> dict[str, float]:
+        """Magnitudes beyond which the run has diverged; compared motions: 100 times the offset."""
+        compare = self.config.compare
+        found: dict[str, float] = {}
+        if compare is not None:
+            signals = [s for s in (compare.signal, compare.reproduced) if s is not None]
+            found = dict.fromkeys(signals, DIVERGENCE_FACTOR * compare.offset)
+        return found | self.config.limits
+
+
+def prepare(
+    path: Path, request: Request | None = None, progress: catalogue.Progress = catalogue.silent
+) -> Experiment:
+    """
+    Read, check and complete a system; builds FMUs that are missing or stale.
+
+    Raises:
+        ConfigError: With every fault found at the first stage that finds any.
+    """
+    request = request or Request()
+    loaded = load_config(path)
+    if request.stop_time is not None:
+        config = with_stop_time(loaded.config, request.stop_time)
+        loaded = LoadedConfig(config=config, document=loaded.document)
+    overrides = _overrides(loaded, request)
+    files = _fmu_files(loaded, request.flavour, progress)
+    descriptions = {name: read_description(file) for name, file in files.items()}
+    system = build_system(loaded, descriptions, overrides)
+    order = loaded.config.coupling.order
+    schedule = make_schedule(system, order, loaded.where("coupling", "order"))
+    return Experiment(loaded.config, request.variant, system, schedule)
+
+
+def _overrides(loaded: LoadedConfig, request: Request) -> dict[str, tuple[str, Value]]:
+    found: dict[str, tuple[str, Value]] = {}
+    if request.variant is not None:
+        for fmu, values in _variant(loaded, request.variant).items():
+            for key, value in values.items():
+                where = loaded.where("variants", request.variant, fmu, key)
+                found[f"{fmu}.{key}"] = (where, value)
+    problems = []
+    for assignment in request.assignments:
+        signal, equals, text = assignment.partition("=")
+        given: Any = parse_value(text) if equals else None
+        if "." in signal and isinstance(given, bool | int | float | str):
+            found[signal] = (f"--set {signal}", given)
+        else:
+            problems.append(f"--set: not an assignment, got {assignment!r}, expected fmu.parameter=value")
+    if problems:
+        raise ConfigError(problems)
+    return found
+
+
+def _variant(loaded: LoadedConfig, name: str) -> Mapping[str, Mapping[str, Value]]:
+    variants = loaded.config.variants
+    if name not in variants:
+        raise ConfigError([f"--variant: no such variant, got {name!r}, {expected(name, variants)}"])
+    return variants[name]
+
+
+def _fmu_files(loaded: LoadedConfig, flavour: str, progress: catalogue.Progress) -> dict[str, Path]:
+    problems: list[str] = []
+    targets = {}
+    for name, entry in loaded.config.fmus.items():
+        try:
+            targets[name] = catalogue.locate(entry.source, loaded.folder, flavour)
+        except ConfigError as error:
+            where = loaded.where("fmus", name, "source")
+            problems += [f"{where}: {problem}" for problem in error.problems]
+    if problems:
+        raise ConfigError(problems)
+    catalogue.build_stale(targets.values(), progress)
+    return {name: catalogue.file_of(target) for name, target in targets.items()}

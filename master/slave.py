@@ -1,0 +1,59 @@
+"""What the master needs of anything that steps: a slow side by name, a fast side of C functions."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+from .description import Description, Variable
+
+
+@dataclass(frozen=True)
+class CInterface:
+    """
+    Addresses that the stepping loop calls, in the form of FMI 2.0 or 3.0.
+
+    `setters` and `getters` map a value type to a function address; the types are those of `calls`.
+    """
+
+    version: int
+    component: int
+    do_step: int
+    setters: Mapping[int, int]
+    getters: Mapping[int, int]
+
+
+class Slave(Protocol):
+    """One instance between its creation and its end."""
+
+    name: str
+    description: Description
+
+    def interface(self) -> CInterface:
+        """Addresses for the stepping loop."""
+        ...
+
+    def enter_initialisation(self, start: Mapping[str, float | str], t0: float) -> None:
+        """Set start values and enter initialisation mode at t0 [s]."""
+        ...
+
+    def exit_initialisation(self) -> None:
+        """Leave initialisation mode; the slave may step now."""
+        ...
+
+    def set(self, variables: Sequence[Variable], values: Sequence[float]) -> None:
+        """Set variables."""
+        ...
+
+    def get(self, variables: Sequence[Variable]) -> list[float]:
+        """Read variables."""
+        ...
+
+    def last_message(self) -> str:
+        """What the slave said last through its logger, empty if nothing."""
+        ...
+
+    def close(self, *, failed: bool) -> None:
+        """End the slave; after a fatal status (`failed`) it is not called any more."""
+        ...
