@@ -1,0 +1,33 @@
+"""`dockloop check`: read and validate a system without running it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from ..experiment import Request, prepare
+from .common import CONFIG, FLAVOUR, JSON, SET, VARIANT, answers_errors, print_json, show_building
+
+
+@click.command()
+@CONFIG
+@VARIANT
+@SET
+@FLAVOUR
+@JSON
+@answers_errors
+def check(config: Path, as_json: bool, **options: Any) -> None:
+    """Validate CONFIG: every fault at once, or one line that says what is in it."""
+    experiment = prepare(config, Request(**options), show_building)
+    counts = {
+        "fmus": len(experiment.system.instances),
+        "connections": len(experiment.system.wires),
+        "variants": len(experiment.config.variants),
+        "steps": experiment.grid.n_ticks,
+    }
+    if as_json:
+        print_json({"name": experiment.config.name, "status": "valid", **counts})
+        return
+    click.echo(f"{config}: valid, " + ", ".join(f"{n} {what}" for what, n in counts.items()))

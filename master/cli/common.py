@@ -1,0 +1,59 @@
+"""What the subcommands share: options, errors as text or JSON, progress."""
+
+from __future__ import annotations
+
+import functools
+import json
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import click
+from rich.console import Console
+
+from ..errors import ConfigError, MasterError
+
+CONFIG = click.argument("config", type=click.Path(path_type=Path))
+JSON = click.option("--json", "as_json", is_flag=True, help="Print one JSON object and nothing else.")
+VARIANT = click.option("--variant", metavar="V", help="Take a named variant of the system.")
+SET = click.option(
+    "--set", "assignments", multiple=True, metavar="FMU.PARAMETER=VALUE", help="Set a value; may be repeated."
+)
+FLAVOUR = click.option(
+    "--flavour",
+    type=click.Choice(["python"]),
+    default="python",
+    show_default=True,
+    help="Kind of FMU to run.",
+)
+
+STDERR = Console(stderr=True, highlight=False, soft_wrap=True)
+
+
+def print_json(data: Any) -> None:
+    """Print one object to standard output."""
+    click.echo(json.dumps(data, indent=2, allow_nan=False))
+
+
+def answers_errors(command: Callable[..., None]) -> Callable[..., None]:
+    """Turn a MasterError into text on standard error (or JSON) and its exit status."""
+
+    @functools.wraps(command)
+    def wrapped(*arguments: Any, **options: Any) -> None:
+        try:
+            command(*arguments, **options)
+        except MasterError as error:
+            problems = error.problems if isinstance(error, ConfigError) else [str(error)]
+            if options.get("as_json"):
+                print_json({"status": "failed", "problems": problems})
+            for problem in problems:
+                click.echo(problem, err=True)
+            sys.exit(error.exit_status)
+
+    return wrapped
+
+
+def show_building(model: str) -> None:
+    """Say which FMU is being built."""
+    STDERR.print(f"building {model}.fmu", style="dim", markup=False)

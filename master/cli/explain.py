@@ -1,0 +1,84 @@
+"""`dockloop explain`: the order of stepping, the delay of every connection, the sum over every loop."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from ..experiment import Experiment, Request, prepare
+from ..ledger import Entry, Ledger
+from .common import CONFIG, FLAVOUR, JSON, SET, VARIANT, answers_errors, print_json, show_building
+
+
+@click.command()
+@CONFIG
+@VARIANT
+@SET
+@FLAVOUR
+@JSON
+@answers_errors
+def explain(config: Path, as_json: bool, **options: Any) -> None:
+    """Say in which order CONFIG steps and how old each value is when it is used."""
+    experiment = prepare(config, Request(**options), show_building)
+    if as_json:
+        print_json(_as_dict(experiment))
+        return
+    for line in _lines(experiment):
+        click.echo(line)
+
+
+def _as_dict(experiment: Experiment) -> dict[str, Any]:
+    ledger = experiment.ledger
+    return {
+        "name": experiment.config.name,
+        "step_size": experiment.config.step_size,
+        "order": [list(group) for group in experiment.schedule.groups],
+        "connections": [_entry_dict(e) for e in ledger.entries],
+        "loops": [{"path": loop.path, "steps": loop.steps, "seconds": loop.seconds} for loop in ledger.loops],
+    }
+
+
+def _entry_dict(e: Entry) -> dict[str, Any]:
+    return {
+        "from": e.source,
+        "to": e.target,
+        "steps": e.mean,
+        "least_steps": e.least,
+        "most_steps": e.most,
+        "seconds": e.seconds,
+        "own": [{"kind": o.kind, "seconds": o.seconds, "reason": o.reason} for o in e.own],
+    }
+
+
+def _lines(experiment: Experiment) -> list[str]:
+    step = experiment.config.step_size
+    lines = [f"{experiment.config.name}: one tick is {1e3 * step:g} ms, stepped in this order"]
+    for i, group in enumerate(experiment.schedule.groups, start=1):
+        rates = [n for n in (experiment.schedule.every[name] for name in group) if n > 1]
+        lines.append(f"  {i}. {' | '.join(group)}" + (f"   every {rates[0]} ticks" if rates else ""))
+    lines += ["", "Delay of each connection: age of the value when it is used, and what its target adds"]
+    return lines + _table(experiment.ledger) + _loop_lines(experiment.ledger)
+
+
+def _table(ledger: Ledger) -> list[str]:
+    wide = max((len(f"{e.source} -> {e.target}") for e in ledger.entries), default=10) + 2
+    head = f"  {'connection':<{wide}}{'steps':>7}{'sum [ms]':>10}   of the target itself"
+    rows = []
+    for e in ledger.entries:
+        steps = f"{e.least}" if e.least == e.most else f"{e.least}..{e.most}"
+        own = "; ".join(f"{o.kind} {1e3 * o.seconds:+g} ms" for o in e.own)
+        name = f"{e.source} -> {e.target}"
+        rows.append(f"  {name:<{wide}}{steps:>7}{1e3 * e.seconds:>10.3f}   {own}".rstrip())
+    return [head, *rows]
+
+
+def _loop_lines(ledger: Ledger) -> list[str]:
+    if not ledger.loops:
+        return ["", "No loops."]
+    lines = ["", "Loops: the sum of the delays once around"]
+    for loop in ledger.loops:
+        path = " -> ".join([*loop.path, loop.path[0]])
+        lines.append(f"  {path}: {loop.steps:g} steps, {1e3 * loop.seconds:.3f} ms")
+    return lines
