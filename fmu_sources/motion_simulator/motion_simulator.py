@@ -148,8 +148,10 @@ class MotionSimulator(Model):
 
     def faults(self, t: Any, x: Any, u: Any, p: Any, m: Arithmetic) -> Sequence[Any]:
         low, high = p.l_min - p.stop_margin, p.l_max + p.stop_margin
-        lengths = (*leg_lengths(_pose(x), p, m), *x.leg_reference)
-        return [_outside(length, low, high, m) for length in lengths]
+        legs = [_outside(length, low, high, m) for length in leg_lengths(_pose(x), p, m)]
+        commands = [_outside(length, low, high, m) for length in x.leg_reference]
+        only = [m.where(leg, False, command) for leg, command in zip(legs, commands, strict=True)]
+        return [*legs, *only]
 
 
 def _pose(x: Any) -> tuple[Any, ...]:

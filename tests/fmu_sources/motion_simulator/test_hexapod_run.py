@@ -1,0 +1,264 @@
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hexapod import NEUTRAL, PARAMETERS, at_rest, read
+
+from fmu_sources.arithmetic import PYTHON
+from fmu_sources.instance import Instance, ModelError
+from fmu_sources.motion_simulator.geometry import leg_lengths
+from fmu_sources.motion_simulator.motion_simulator import MODEL, MotionSimulator
+
+SAMPLE = 1e-3
+POSITIVE = (
+    *("base_radius", "platform_radius", "height", "l_min", "l_max"),
+    *("m_p", "I_x", "I_y", "I_z", "m_1", "I_1", "m_2", "I_2"),
+    *("lead", "KT", "L", "Kpp", "Kvi", "Kc", "V_max", "i_max", "v_max"),
+)
+
+
+def run(instance, n, command=None):
+    """Step n periods with s_cmd = command(t); the displacement after each, shape (n,)."""
+    found = []
+    for k in range(n):
+        if command is not None:
+            instance["s_cmd"] = command(k * SAMPLE)
+        instance.step(k * SAMPLE, SAMPLE)
+        found.append(instance["s_act"])
+    return np.array(found)
+
+
+def test_ports_are_those_of_the_rig():
+    outputs = {v.base for v in MODEL.variables if v.output} | {
+        name.partition("[")[0] for name in MODEL.results.names
+    }
+
+    assert {"pose_cmd", "wrench", "s_cmd", "f_contact"} == set(MODEL.inputs.fields)
+    assert {"pose", "twist", "leg_length", "motor_current", "leg_force", "s_act", "v_act"} < outputs
+
+
+def test_a_vector_names_the_units_of_its_elements():
+    units = {v.name: v.unit for v in MODEL.variables}
+
+    assert [units[f"pose_cmd[{i}]"] for i in (3, 4)] == ["m", "rad"]
+    assert [units[f"wrench[{i}]"] for i in (3, 4)] == ["N", "N m"]
+    assert [units[f"twist[{i}]"] for i in (3, 4)] == ["m/s", "rad/s"]
+
+
+def test_pose_and_displacement_start_as_set():
+    instance = Instance(MODEL)
+    instance["s_act"], instance["roll_act"] = -0.01, 0.02
+    instance.initialise()
+
+    assert read(instance, "pose").tolist() == [0.0, 0.0, -0.01, 0.02, 0.0, 0.0]
+    assert read(instance, "leg_length") == pytest.approx(
+        leg_lengths((0.0, 0.0, -0.01, 0.02, 0.0, 0.0), PARAMETERS, PYTHON)
+    )
+
+
+def reachable_poses(n):
+    random = np.random.default_rng(11)
+    return [tuple(random.uniform(-1, 1, 6) * [0.1, 0.1, 0.1, 0.1, 0.1, 0.1]) for _ in range(n)]
+
+
+@pytest.mark.parametrize("pose", reachable_poses(3), ids=["a", "b", "c"])
+def test_a_reachable_start_pose_is_held_for_a_second(pose):
+    instance = at_rest(pose, f_contact=-300.0, **{"wrench[1]": 50.0, "wrench[5]": -20.0})
+    for k in range(10):
+        instance.step(k * 0.1, 0.1)
+
+        assert np.abs(read(instance, "pose") - pose).max() <= 1e-9
+    assert np.abs(read(instance, "twist")).max() <= 1e-9
+
+
+def test_currents_at_the_start_carry_the_legs():
+    instance = at_rest()
+    K2_KT = 2 * math.pi / 0.02 * 0.55
+
+    assert read(instance, "leg_force") == pytest.approx([1031.0] * 6, abs=0.5)
+    assert K2_KT * read(instance, "motor_current") == pytest.approx(read(instance, "leg_force"))
+
+
+def test_a_contact_force_pushes_the_platform_its_own_way():
+    instance = at_rest()
+    instance["f_contact"] = 300.0
+    run(instance, 20)
+
+    assert 1e-6 < instance["s_act"] < 1e-3
+    other = at_rest()
+    other["wrench[3]"] = 300.0
+    run(other, 20)
+    assert other["s_act"] == instance["s_act"]
+
+
+@pytest.mark.parametrize("dead_time", [0.0, 2e-3, 20e-3])
+def test_a_command_moves_the_platform_after_its_dead_time(dead_time):
+    instance = at_rest(dead_time=dead_time)
+    moved = run(instance, 30, lambda t: 1e-3) > 1e-9
+
+    assert np.argmax(moved) == round(dead_time / SAMPLE)
+
+
+def test_the_displacement_command_adds_to_the_commanded_pose():
+    one, other = at_rest(), at_rest()
+    one["s_cmd"], other["pose_cmd[3]"] = 0.005, 0.005
+
+    assert run(one, 50).tolist() == run(other, 50).tolist()
+
+
+def test_substeps_are_exact_to_10_nm():
+    class Fine(MotionSimulator):
+        substep = 0.05e-3
+
+    def sine(t):
+        return 0.01 * math.sin(2 * math.pi * 2.6 * t)
+
+    error = np.abs(run(at_rest(), 400, sine) - run(at_rest(model=Fine()), 400, sine)).max()
+
+    assert error < 1e-8
+
+
+def test_error_falls_with_order_4():
+    def end(h):
+        class Stepped(MotionSimulator):
+            substep = h
+
+        return run(at_rest(model=Stepped()), 20, lambda t: 1e-3)[-1]  # below every limit
+
+    reference = end(0.0625e-3)
+    errors = [abs(end(h) - reference) for h in (0.5e-3, 0.25e-3)]
+
+    assert math.log2(errors[0] / errors[1]) == pytest.approx(4.0, abs=0.7)
+
+
+def test_voltage_and_current_stay_at_their_limits_and_say_so():
+    instance = at_rest(i_max=8.0, V_max=50.0)
+    assert not instance["voltage_saturated"]
+    assert not instance["current_limited"]
+
+    run(instance, 30, lambda t: 0.1)
+    assert instance["current_limited"]
+    # the current follows its limited reference within the P controller's error
+    assert np.abs(read(instance, "motor_current")).max() < 8.0 + 1e-6
+
+
+def test_a_limited_speed_controller_does_not_wind_up():
+    instance = at_rest(i_max=8.0)
+    run(instance, 1500, lambda t: 0.05)
+
+    assert instance["s_act"] == pytest.approx(0.05, abs=1e-4)
+
+
+def test_low_voltage_is_flagged():
+    instance = at_rest(V_max=12.0)
+    run(instance, 30, lambda t: 0.1)
+
+    assert instance["voltage_saturated"]
+
+
+def test_fast_legs_are_flagged():
+    instance = at_rest(v_max=0.01)
+    assert not instance["leg_velocity_exceeded"]
+
+    run(instance, 100, lambda t: 0.05)
+    assert instance["leg_velocity_exceeded"]
+
+
+def test_a_leg_past_its_switch_is_flagged():
+    assert not at_rest()["leg_stroke_exceeded"]
+    assert at_rest((0.0, 0.0, 0.34, 0.0, 0.0, 0.0))["leg_stroke_exceeded"]
+
+
+def started(**values):
+    instance = Instance(MODEL)
+    for name, value in values.items():
+        instance[name] = value
+    instance.initialise()
+
+
+def test_an_unreachable_start_pose_names_the_leg_and_its_length():
+    with pytest.raises(ModelError) as caught:
+        started(s_act=0.5, x_act=0.2)
+
+    lengths = leg_lengths((0.2, 0.0, 0.5, 0.0, 0.0, 0.0), PARAMETERS, PYTHON)
+    expected = "expected between l_min - stop_margin and l_max + stop_margin"
+    assert str(caught.value).split("; ") == [
+        f"leg_length[{i}]: leg {i} is past a stop, got {length!r} m, {expected}"
+        for i, length in enumerate(lengths, start=1)
+    ]
+
+
+def test_a_start_pose_that_is_no_number_is_refused():
+    with pytest.raises(ModelError, match=r"leg_length\[1\]: leg 1 is past a stop, got nan m"):
+        started(s_act=math.nan)
+
+
+def test_an_infinite_start_angle_is_refused():
+    with pytest.raises(ModelError, match=r"motion_simulator at t=0.0 s: the equations have no result, math"):
+        started(roll_act=math.inf)
+
+
+def test_a_command_past_a_stop_names_the_leg_and_its_length():
+    instance = at_rest(dead_time=0.0)
+    instance["s_cmd"] = 0.5
+
+    with pytest.raises(
+        ModelError, match=r"leg_reference\[1\]: leg 1 is commanded past a stop, got 1\.96\d+ m"
+    ):
+        instance.step(0.0, SAMPLE)
+
+
+def test_a_leg_pushed_past_its_stop_ends_the_run():
+    instance = at_rest()
+    instance["f_contact"] = 1e6
+
+    with pytest.raises(ModelError, match=r"leg_length\[\d\]: leg \d is past a stop, got"):
+        run(instance, 1000)
+
+
+@pytest.mark.parametrize("name", POSITIVE)
+@pytest.mark.parametrize("value", [0.0, -1.0, math.nan])
+def test_zero_negative_and_no_number_are_refused(name, value):
+    with pytest.raises(ModelError, match=rf"^{name}: value not allowed, got {value}"):
+        at_rest(**{name: value})
+
+
+@pytest.mark.parametrize("name", MODEL.parameters.names)
+def test_an_infinite_parameter_is_refused(name):
+    with pytest.raises(ModelError, match=f"^{name}: "):
+        at_rest(**{name: math.inf})
+
+
+@pytest.mark.parametrize("name", ["wrench[2]", "pose_cmd[4]", "s_cmd", "f_contact"])
+def test_an_input_that_is_no_number_is_refused(name):
+    instance = at_rest()
+    instance[name] = math.nan
+
+    with pytest.raises(ModelError, match=rf"^{name.partition('[')[0]}.*: value not allowed, got nan"):
+        instance.step(0.0, SAMPLE)
+
+
+def test_a_huge_load_is_an_error_without_a_crash():
+    instance = at_rest()
+    instance["f_contact"] = 1e300
+
+    with pytest.raises(ModelError):
+        instance.step(0.0, SAMPLE)
+
+
+def test_friction_in_a_leg_lames_its_own_leg_only():
+    class Stiff(MotionSimulator):
+        def derivatives(self, t, x, u, p, m, slot=None):
+            def friction(name, value, l, der_l, load):  # noqa: E741
+                return value + (2000.0 * m.tanh(der_l / 1e-3) if name == "leg_force_1" else 0.0)
+
+            return super().derivatives(t, x, u, p, m, friction)
+
+    instance = at_rest(model=Stiff())
+    run(instance, 50, lambda t: 0.01)
+    lengths = read(instance, "leg_length") - leg_lengths(NEUTRAL, PARAMETERS, PYTHON)
+
+    assert np.argmin(lengths) == 0
+    assert lengths[0] < 0.9 * lengths[1:].min()
