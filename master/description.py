@@ -75,11 +75,16 @@ class Description:
     can_get_and_set_state: bool = False
     needs_execution_tool: bool = False
     feedthrough: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    influences: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
     @cached_property
     def by_name(self) -> dict[str, Variable]:
         """Variables by name."""
         return {v.name: v for v in self.variables}
+
+    def reaches(self, input_name: str, output_name: str) -> bool:
+        """Whether an input acts on an output sooner or later; yes where the FMU does not say."""
+        return output_name not in self.influences or input_name in self.influences[output_name]
 
     @cached_property
     def outputs(self) -> tuple[Variable, ...]:
@@ -120,6 +125,9 @@ def read_description(path: Path) -> Description:
         can_get_and_set_state=bool(model.coSimulation.canGetAndSetFMUstate),
         needs_execution_tool=bool(model.coSimulation.needsExecutionTool),
         feedthrough={u.variable.name: _dependencies(u, model) for u in model.outputs},
+        influences={
+            e.get("output", ""): tuple((e.get("inputs") or "").split()) for e in root.iter("Influence")
+        },
     )
 
 

@@ -10,12 +10,15 @@ beyond that: the way it holds an input, its integrator, dead time, lag.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import islice
 
 from .description import DeclaredDelay
 from .graph import Instance, System, Wire
 from .schedule import Schedule
+
+MOST_LOOPS = 1000
 
 
 @dataclass(frozen=True)
@@ -57,8 +60,8 @@ class Loop:
 
     @property
     def path(self) -> list[str]:
-        """Instances along the loop, each once."""
-        return [e.source.partition(".")[0] for e in self.entries]
+        """Signals along the loop."""
+        return [e.source for e in self.entries]
 
     @property
     def steps(self) -> float:
@@ -73,16 +76,18 @@ class Loop:
 
 @dataclass(frozen=True)
 class Ledger:
-    """All connections and all loops of a scheduled system."""
+    """All connections and all loops of a scheduled system; not `complete` beyond MOST_LOOPS loops."""
 
     entries: tuple[Entry, ...]
     loops: tuple[Loop, ...]
+    complete: bool = True
 
 
 def make_ledger(system: System, schedule: Schedule, step_size: float) -> Ledger:
     """Compute the ledger of a scheduled system; `step_size` in s."""
     entries = tuple(_entry(system, schedule, wire, step_size) for wire in system.wires)
-    return Ledger(entries, tuple(_loops(entries)))
+    loops = tuple(islice(_loops(system, entries), MOST_LOOPS + 1))
+    return Ledger(entries, loops[:MOST_LOOPS], complete=len(loops) <= MOST_LOOPS)
 
 
 def steps_of(schedule: Schedule, wire: Wire) -> tuple[int, int]:
@@ -132,21 +137,35 @@ def _item(target: Instance, choice: str) -> str:
     return next((name for name, number in items.items() if number == value), "")
 
 
-def _loops(entries: tuple[Entry, ...]) -> Iterator[Loop]:
-    """Every simple loop once, from its first instance in the order of the connections."""
-    starts = list(dict.fromkeys(e.source.partition(".")[0] for e in entries))
-    for i, start in enumerate(starts):
-        yield from _closed(entries, start, frozenset(starts[:i]), (), start)
+def _loops(system: System, entries: tuple[Entry, ...]) -> Iterator[Loop]:
+    """
+    Every closed path over connections, each once, from its first connection in the file's order.
+
+    A path goes on from an input to those outputs of its FMU that the input reaches; it may pass an FMU
+    again by other ports, as the force loop passes the compensator with the force and with the command.
+    """
+    follows = {
+        i: [j for j, next_wire in enumerate(system.wires) if _follows(system, wire, next_wire)]
+        for i, wire in enumerate(system.wires)
+    }
+    for start in range(len(entries)):
+        for path in _closed(follows, start, (start,)):
+            yield Loop(tuple(entries[i] for i in path))
+
+
+def _follows(system: System, wire: Wire, next_wire: Wire) -> bool:
+    through, port = wire.target, next_wire.source
+    if through.instance != port.instance:
+        return False
+    description = system.instances[through.instance].description
+    return description.reaches(through.variable.name, port.variable.name)
 
 
 def _closed(
-    entries: tuple[Entry, ...], start: str, done: frozenset[str], path: tuple[Entry, ...], at: str
-) -> Iterator[Loop]:
-    for entry in entries:
-        source, target = (end.partition(".")[0] for end in (entry.source, entry.target))
-        if source != at or target in done:
-            continue
-        if target == start:
-            yield Loop((*path, entry))
-        elif all(target != e.target.partition(".")[0] for e in path):
-            yield from _closed(entries, start, done, (*path, entry), target)
+    follows: Mapping[int, Sequence[int]], start: int, path: tuple[int, ...]
+) -> Iterator[tuple[int, ...]]:
+    for i in follows[path[-1]]:
+        if i == start:
+            yield path
+        elif i > start and i not in path:
+            yield from _closed(follows, start, (*path, i))

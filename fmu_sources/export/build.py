@@ -41,7 +41,7 @@ def target(name: str, flavour: str = "python", folder: Path = FMU_FOLDER) -> Tar
     """Name the FMU of a model; KeyError if there is no such model or flavour."""
     file = model_files()[name]
     path = {"python": folder / "python" / f"{name}.fmu"}[flavour]
-    return Target(name, flavour, path, python_token(python_sources(file)))
+    return Target(name, flavour, path, python_token(load(name), python_sources(file)))
 
 
 def build(wanted: Target) -> Path:

@@ -73,3 +73,27 @@ def initial_dependencies(model: Model) -> dict[str, list[str]]:
         calculated |= {n: names_of(v) for n, v in zip(model.results.names, flat, strict=True)}
     order = [v.name for v in model.all_variables if v.role is not Role.OUTPUT and not v.hidden]
     return {name: [n for n in order if n in found] for name, found in calculated.items()}
+
+
+def influences(model: Model) -> dict[str, list[str]]:
+    """Map each output to the inputs that reach it sooner or later, through states of any kind."""
+    m = LabelArithmetic()
+    p = model.parameters.record([Label()] * len(model.parameters))
+    u = model.inputs.record([Label(frozenset({name})) for name in model.inputs.names])
+    labels = [Label()] * len(model.states)
+    n = model.n_continuous
+    while True:
+        x = model.states.record(labels)
+        rates = model.continuous.flat(model.derivatives(Label(), x, u, p, m)) if n else []
+        grown = [_joined(a, b) for a, b in zip(labels, rates, strict=False)] + labels[n:]
+        updated = model.states.merged(model.update(Label(), x, u, p, m), grown)
+        new = [_joined(a, b) for a, b in zip(grown, updated, strict=True)]
+        if [a.names for a in new] == [b.names for b in labels]:
+            break
+        labels = new
+    found = dict(zip(model.states.names, labels, strict=True))
+    if len(model.results):
+        y = model.results.flat(model.outputs(Label(), x, u, p, m))
+        found |= {name: _joined(value) for name, value in zip(model.results.names, y, strict=True)}
+    shown = [v.name for v in model.all_variables if v.role is Role.OUTPUT or v.output]
+    return {name: [i for i in model.inputs.names if i in found[name].names] for name in shown}

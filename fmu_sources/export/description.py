@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import hashlib
 import uuid
-from collections.abc import Iterable
 from dataclasses import dataclass
 from xml.etree import ElementTree as ET
 
 from ..model import Delay, Model
 from ..variables import Role, Variable
-from .dependencies import initial_dependencies
+from .dependencies import influences, initial_dependencies
 from .units import BASE_UNITS, DISPLAY_UNITS, si_exponents
 
 TOOL = "dockloop"
@@ -49,7 +48,7 @@ def is_output(v: Variable) -> bool:
 def causality(v: Variable) -> str:
     """FMI causality."""
     if v.role in (Role.PARAMETER, Role.INPUT):
-        return v.role.value
+        return str(v.role.value)
     return "output" if is_output(v) else "local"
 
 
@@ -93,7 +92,7 @@ def describe(model: Model, flavour: Flavour, token: str) -> bytes:
     _log_categories(root)
     ET.SubElement(root, "DefaultExperiment", startTime="0.0", stopTime="10.0", stepSize=repr(STEP_SIZE))
     annotations = ET.SubElement(root, "VendorAnnotations")
-    add_delays(ET.SubElement(annotations, "Tool", name=TOOL), model.delays)
+    add_coupling_facts(ET.SubElement(annotations, "Tool", name=TOOL), model)
     _model_variables(root, model)
     _model_structure(root, model)
     return document(root)
@@ -102,20 +101,27 @@ def describe(model: Model, flavour: Flavour, token: str) -> bytes:
 def document(root: ET.Element) -> bytes:
     """Serialise with two blanks of indentation."""
     ET.indent(root)
-    return ET.tostring(root, encoding="UTF-8", xml_declaration=True) + b"\n"
+    text: bytes = ET.tostring(root, encoding="UTF-8", xml_declaration=True)
+    return text + b"\n"
 
 
-def add_delays(parent: ET.Element, delays: Iterable[Delay]) -> None:
-    """Write what the model declares of its own delays, for the master's ledger."""
-    for delay in delays:
-        element = ET.SubElement(parent, "Delay", input=delay.input, kind=delay.kind, reason=delay.reason)
-        element.set("seconds", str(delay.seconds))
-        if isinstance(delay.steps, float | int):
-            element.set("steps", str(delay.steps))
-            continue
-        element.set("by", delay.by or "")
-        for item, steps in delay.steps.items():
-            ET.SubElement(element, "When", item=item, steps=str(steps))
+def add_coupling_facts(parent: ET.Element, model: Model) -> None:
+    """Write what the master's delay ledger asks of an FMU: which inputs reach an output, and own delays."""
+    for name, inputs in influences(model).items():
+        ET.SubElement(parent, "Influence", output=name, inputs=" ".join(inputs))
+    for delay in model.delays:
+        _add_delay(parent, delay)
+
+
+def _add_delay(parent: ET.Element, delay: Delay) -> None:
+    element = ET.SubElement(parent, "Delay", input=delay.input, kind=delay.kind, reason=delay.reason)
+    element.set("seconds", str(delay.seconds))
+    if isinstance(delay.steps, float | int):
+        element.set("steps", str(delay.steps))
+        return
+    element.set("by", delay.by or "")
+    for item, steps in delay.steps.items():
+        ET.SubElement(element, "When", item=item, steps=str(steps))
 
 
 def type_name(v: Variable) -> str:
@@ -194,7 +200,7 @@ def _typed(scalar: ET.Element, v: Variable, *, with_start: bool) -> None:
     elif v.integer:
         typed = ET.SubElement(scalar, "Integer", _bounds(v, int))
     else:
-        typed = ET.SubElement(scalar, "Real", unit=v.unit, **_bounds(v, float))
+        typed = ET.SubElement(scalar, "Real", {"unit": v.unit, **_bounds(v, float)})
     if with_start:
         typed.set("start", start_text(v))
 

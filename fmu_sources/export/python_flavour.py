@@ -44,16 +44,16 @@ def python_sources(model_file: Path) -> dict[str, bytes]:
     return {path.relative_to(ROOT).as_posix(): path.read_bytes() for path in sorted(files)}
 
 
-def python_token(sources: dict[str, bytes]) -> str:
-    """Compute the GUID of the flavour from its sources and the exporter's version."""
+def python_token(model: Model, sources: dict[str, bytes]) -> str:
+    """Compute the GUID of the flavour from all that goes into it."""
     contents = [part for path, text in sources.items() for part in (path.encode(), text)]
-    return guid(pythonfmu.__version__.encode(), _SLAVE.encode(), *contents)
+    return guid(describe(model, PYTHON, ""), pythonfmu.__version__.encode(), _SLAVE.encode(), *contents)
 
 
 def build_python(model: Model, model_file: Path) -> bytes:
     """Build the FMU of a model whose module is `model_file`."""
     sources = python_sources(model_file)
-    token = python_token(sources)
+    token = python_token(model, sources)
     unique = f"{model.name}_{token[1:9]}"
     module = model_file.relative_to(ROOT).with_suffix("").as_posix().replace("/", ".")
     slave = _SLAVE.format(package=f"dockloop_{unique}", module=module)

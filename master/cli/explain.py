@@ -36,7 +36,8 @@ def _as_dict(experiment: Experiment) -> dict[str, Any]:
         "step_size": experiment.config.step_size,
         "order": [list(group) for group in experiment.schedule.groups],
         "connections": [_entry_dict(e) for e in ledger.entries],
-        "loops": [{"path": loop.path, "steps": loop.steps, "seconds": loop.seconds} for loop in ledger.loops],
+        "loops": [{"path": p.path, "steps": p.steps, "seconds": p.seconds} for p in ledger.loops],
+        "loops_complete": ledger.complete,
     }
 
 
@@ -68,7 +69,7 @@ def _table(ledger: Ledger) -> list[str]:
     rows = []
     for e in ledger.entries:
         steps = f"{e.least}" if e.least == e.most else f"{e.least}..{e.most}"
-        own = "; ".join(f"{o.kind} {1e3 * o.seconds:+g} ms" for o in e.own)
+        own = "; ".join(f"{o.kind} {1e3 * o.seconds:+g} ms ({o.reason})" for o in e.own)
         name = f"{e.source} -> {e.target}"
         rows.append(f"  {name:<{wide}}{steps:>7}{1e3 * e.seconds:>10.3f}   {own}".rstrip())
     return [head, *rows]
@@ -80,5 +81,5 @@ def _loop_lines(ledger: Ledger) -> list[str]:
     lines = ["", "Loops: the sum of the delays once around"]
     for loop in ledger.loops:
         path = " -> ".join([*loop.path, loop.path[0]])
-        lines.append(f"  {path}: {loop.steps:g} steps, {1e3 * loop.seconds:.3f} ms")
-    return lines
+        lines.append(f"  {loop.steps:g} steps, {1e3 * loop.seconds:.3f} ms: {path}")
+    return lines if ledger.complete else [*lines, f"  ... more than {len(ledger.loops)} loops"]
