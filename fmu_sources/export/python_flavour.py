@@ -9,7 +9,8 @@ import pythonfmu
 from ..model import Model
 from ..registry import ROOT, source_files
 from .archive import pack
-from .description import Flavour, describe, guid
+from .facts import Flavour, guid
+from .fmi2_xml import describe_fmi2
 
 PYTHON = Flavour("Python flavour", needs_execution_tool=True)
 
@@ -47,7 +48,7 @@ def python_sources(model_file: Path) -> dict[str, bytes]:
 def python_token(model: Model, sources: dict[str, bytes]) -> str:
     """Compute the GUID of the flavour from all that goes into it."""
     contents = [part for path, text in sources.items() for part in (path.encode(), text)]
-    return guid(describe(model, PYTHON, ""), pythonfmu.__version__.encode(), _SLAVE.encode(), *contents)
+    return guid(describe_fmi2(model, PYTHON, ""), pythonfmu.__version__.encode(), _SLAVE.encode(), *contents)
 
 
 def build_python(model: Model, model_file: Path) -> bytes:
@@ -59,7 +60,7 @@ def build_python(model: Model, model_file: Path) -> bytes:
     slave = _SLAVE.format(package=f"dockloop_{unique}", module=module)
     contents = {f"resources/dockloop_{unique}/{path}": text for path, text in sources.items()}
     contents |= {
-        "modelDescription.xml": describe(model, PYTHON, token),
+        "modelDescription.xml": describe_fmi2(model, PYTHON, token),
         "resources/slavemodule.txt": f"slave_{unique}".encode(),
         f"resources/slave_{unique}.py": slave.encode(),
         "documentation/externalDependencies.txt": _DEPENDENCIES.encode(),
