@@ -11,7 +11,7 @@ States   q, der_q; sampled: v, q(k-1), q(k-2)   start: 0
 Slots    friction: c q', of q and der_q
 Source   Janot, Gautier, Brunot, Data Set and Reference Models of EMPS, Workshop on Nonlinear System
          Identification Benchmarks 2019. The estimate of the velocity is found from the data: with it the
-         recorded v is met within 3.7 mV rms (4.7 mV with pulses, whose gain is 1.014), with others not below 36 mV.
+         recorded v is met within 3.7 mV rms (4.7 mV with pulses of gain 1.014), with others not below 36 mV.
 Deviation  Dry friction and offset of the amplifier are effects here (`coulomb`, `offset`).
 """
 
