@@ -106,7 +106,9 @@ def attributes(Y: tuple[Any, ...], h: Any, p: Any, m: Arithmetic) -> Attributes:
     return _split(D0, (kappa, gamma, mu), (u, n, q), p, m)
 
 
-def _split(D0: Any, denominator: tuple[Any, ...], numerator: tuple[Any, ...], p: Any, m: Arithmetic) -> Any:
+def _split(
+    D0: Any, denominator: tuple[Any, ...], numerator: tuple[Any, ...], p: Any, m: Arithmetic
+) -> Attributes:
     K, C, m_e = (m.where(D0 > 0.0, factor * D0, 0.0) for factor in denominator)
     U, N, Q = (m.where(D0 > 0.0, factor * D0, 0.0) for factor in numerator)
     k_square, c_square = 0.25 * K * K - U, 0.25 * C * C - Q
@@ -115,9 +117,7 @@ def _split(D0: Any, denominator: tuple[Any, ...], numerator: tuple[Any, ...], p:
     c_half = c_half * m.where((0.25 * K * C - 0.5 * N) * k_half >= 0.0, 1.0, -1.0)
     k_m, k_p = 0.5 * K + k_half, 0.5 * K - k_half
     c_m, c_p = 0.5 * C + c_half, 0.5 * C - c_half
-    real = m.both(
-        k_square >= -DISCRIMINANT_TOLERANCE * K * K, c_square >= -DISCRIMINANT_TOLERANCE * C * C
-    )
+    real = m.both(k_square >= -DISCRIMINANT_TOLERANCE * K * K, c_square >= -DISCRIMINANT_TOLERANCE * C * C)
     stiff = m.both(m_e > 0.0, m.both(k_m > 0.0, k_p > 0.0))
     damped = m.both(c_m >= 0.0, c_p >= 0.0)
     valid = m.both(D0 > 0.0, m.both(real, m.both(stiff, damped)))

@@ -55,9 +55,7 @@ def contact_force(x: Any, p: Any, slot: SlotFunction) -> Any:
     return slot("manipulator_force", f, x_e=x.x_e, der_x_e=x.der_x_e)
 
 
-def rope_force(
-    t: Any, s: Any, der_s: Any, v: Any, x: Any, p: Any, m: Arithmetic, slot: SlotFunction
-) -> Any:
+def rope_force(t: Any, s: Any, der_s: Any, v: Any, x: Any, p: Any, m: Arithmetic, slot: SlotFunction) -> Any:
     """Give the force [N] of the rope on the end-effector."""
     r = s - (x.x_e + x.x)
     der_r = der_s - (x.der_x_e + v)

@@ -46,9 +46,7 @@ class ForceSensor(Model):
         vector(sampled(state("generator", "1", "State of the noise generator"), hidden=True), N_GENERATOR),
         output("f_mea", "N", "Measured contact force"),
     )
-    slots = (
-        Slot("output", "N", "Measured force with offset and noise", {"f_act": "N", "f_lag": "N"}),
-    )
+    slots = (Slot("output", "N", "Measured force with offset and noise", {"f_act": "N", "f_lag": "N"}),)
     delays = (Delay(input="f_act", kind="lag", seconds="T_f", reason="lag of Eq. 4"),)
     sample_time = "sample_time"
 

@@ -21,7 +21,14 @@ from __future__ import annotations
 from typing import Any
 
 from ..arithmetic import Arithmetic
-from ..docking_contact.equations import PARAMETERS, SLOTS, acceleration, contact_force, equilibrium, rope_force
+from ..docking_contact.equations import (
+    PARAMETERS,
+    SLOTS,
+    acceleration,
+    contact_force,
+    equilibrium,
+    rope_force,
+)
 from ..model import Delay, Model, SlotFunction, Values, no_effect
 from ..variables import declare, input_, output, parameter, state
 
