@@ -166,7 +166,8 @@ def test_runge_kutta_converges_with_order_four():
         (
             "input_hold",
             0,
-            "input_hold: value not allowed, got 0, expected one of 1 (interpolate), 2 (hold_new), 3 (hold_old)",
+            "input_hold: value not allowed, got 0, expected one of 1 (interpolate), 2 (hold_new), "
+            "3 (hold_old)",
         ),
     ],
 )
