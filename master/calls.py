@@ -31,12 +31,12 @@ def _function(prototype: tuple[Any, ...], address: int) -> Callable[..., int]:
 
 def exchange(address: int, component: int, references: int, n: int, values: int) -> int:
     """Call a setter or getter of FMI 2.0: (component, references, n, values) -> status."""
-    return _function(_EXCHANGE, address)(component, references, n, values)
+    return _function(_EXCHANGE, int(address))(int(component), int(references), int(n), int(values))
 
 
 def do_step(address: int, component: int, t: float, h: float) -> int:
     """Call fmi2DoStep from t to t + h [s] -> status."""
-    return _function(_STEP, address)(component, t, h, 1)
+    return _function(_STEP, int(address))(int(component), t, h, 1)
 
 
 def _indirect_call(context: Any, builder: Any, address: Any, kinds: list[Any], arguments: list[Any]) -> Any:

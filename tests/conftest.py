@@ -1,0 +1,29 @@
+"""What all tests share: whole systems are slow, measured data may be absent."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+PROJECT = Path(__file__).parents[1]
+SLOW = Path(__file__).parent / "systems"
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    for item in items:
+        if SLOW in item.path.parents:
+            item.add_marker(pytest.mark.slow)
+
+
+@pytest.fixture(scope="session")
+def data() -> Path:
+    """Folder of the measured data; its absence fails where it is required, skips elsewhere."""
+    folder = Path(os.environ.get("DOCKLOOP_DATA", PROJECT.parent / "shared" / "data"))
+    if not folder.is_dir():
+        message = f"DOCKLOOP_DATA: no such folder, got {folder}, expected the measured data"
+        if os.environ.get("DOCKLOOP_REQUIRE_DATA") or os.environ.get("CI"):
+            pytest.fail(message)
+        pytest.skip(message)
+    return folder

@@ -1,0 +1,318 @@
+"""
+Slaves without FMU files: each made of one Python function, driven through C calls as an FMU is.
+
+A law is a function (t, h, values) -> changed values; it is called with h = 0 during initialisation,
+so that an output that hangs on an input follows it before the first step.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from master.calls import BOOL32, FLOAT64, INT32
+from master.config import Config, LoadedConfig
+from master.description import DeclaredDelay, Description, Kind, Variable
+from master.graph import System, build_system
+from master.ledger import Ledger, make_ledger
+from master.schedule import Schedule, make_schedule
+from master.simulation import Grid, Outcome, simulate
+from master.slave import CInterface
+from master.units import Unit
+from master.yaml_lines import Document
+
+Law = Callable[[float, float, dict[str, float]], Mapping[str, float]]
+OK, WARNING, DISCARD, ERROR, FATAL = range(5)
+
+METRE = Unit("m", {"m": 1})
+MILLIMETRE = Unit("mm", {"m": 1}, factor=1e-3)
+KELVIN = Unit("K", {"K": 1})
+CELSIUS = Unit("degC", {"K": 1}, offset=273.15)
+NEWTON = Unit("N", {"kg": 1, "m": 1, "s": -2})
+
+_C_TYPES = {FLOAT64: ctypes.c_double, INT32: ctypes.c_int32, BOOL32: ctypes.c_int32}
+_EXCHANGE = ctypes.CFUNCTYPE(
+    ctypes.c_int, ctypes.c_void_p, ctypes.POINTER(ctypes.c_uint32), ctypes.c_size_t, ctypes.c_void_p
+)
+_STEP = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_double, ctypes.c_double, ctypes.c_int)
+
+
+class Refusal(Exception):  # noqa: N818
+    """Raised by a law that answers with a status instead of values."""
+
+    def __init__(self, status: int, message: str = "") -> None:
+        self.status, self.message = status, message
+        super().__init__(message)
+
+
+@dataclass(frozen=True)
+class Block:
+    """A kind of slave: its law and its variables."""
+
+    law: Law
+    variables: tuple[Variable, ...]
+    feedthrough: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    delays: tuple[DeclaredDelay, ...] = ()
+
+    def description(self, name: str = "stub") -> Description:
+        """Describe it as an FMU would."""
+        return Description(
+            path=Path(f"{name}.fmu"),
+            fmi_version="2.0",
+            model_name=name,
+            model_identifier=name,
+            token=name,
+            variables=self.variables,
+            delays=self.delays,
+            can_get_and_set_state=True,
+            feedthrough=self.feedthrough,
+        )
+
+
+def variables(*declared: tuple[str, str] | tuple[str, str, Mapping[str, Any]]) -> tuple[Variable, ...]:
+    """Declare (name, causality[, more]) each; the value reference is the place in the list."""
+    made = []
+    for reference, (name, causality, *more) in enumerate(declared):
+        defaults: dict[str, Any] = {"kind": Kind.REAL, "variability": "continuous", "start": "0"}
+        made.append(Variable(name, reference, causality=causality, **(defaults | dict(*more))))
+    return tuple(made)
+
+
+class Stub:
+    """A slave that keeps its variables by name and steps by its law."""
+
+    def __init__(self, name: str, description: Description, law: Law) -> None:
+        self.name, self.description, self._law = name, description, law
+        self.values: dict[str, Any] = {
+            v.name: v.start if v.kind is Kind.STRING else float(v.start or 0.0) for v in description.variables
+        }
+        self.events: list[str] = []
+        self._messages: list[str] = []
+        self._time, self._stepping = 0.0, False
+        self._c_functions = self._make_c_functions()
+
+    def interface(self) -> CInterface:
+        addresses = {key: _address(function) for key, function in self._c_functions.items()}
+        return CInterface(
+            version=2,
+            component=0,
+            do_step=addresses["step"],
+            setters={kind: addresses["set", kind] for kind in _C_TYPES},
+            getters={kind: addresses["get", kind] for kind in _C_TYPES},
+        )
+
+    def enter_initialisation(self, start: Mapping[str, float | str], t0: float) -> None:
+        self.events.append("enter_initialisation")
+        self.values |= start
+        self._time = t0
+
+    def exit_initialisation(self) -> None:
+        self._settle()
+        self._stepping = True
+        self.events.append("exit_initialisation")
+
+    def set(self, variables: Sequence[Variable], values: Sequence[float]) -> None:
+        for variable, value in zip(variables, values, strict=True):
+            self.values[variable.name] = float(value)
+
+    def get(self, variables: Sequence[Variable]) -> list[float]:
+        self._settle()
+        return [self.values[v.name] for v in variables]
+
+    def last_message(self) -> str:
+        return self._messages[-1] if self._messages else ""
+
+    def close(self, *, failed: bool) -> None:
+        self.events.append("abandoned" if failed else "closed")
+
+    def _settle(self) -> None:
+        if not self._stepping:
+            self.values |= self._law(self._time, 0.0, self.values)
+
+    def _step(self, _: int, t: float, h: float, __: int) -> int:
+        try:
+            self.values |= self._law(t, h, self.values)
+        except Refusal as refusal:
+            self._messages += [refusal.message] if refusal.message else []
+            return refusal.status
+        return OK
+
+    def _make_c_functions(self) -> dict[Any, Any]:
+        names = [v.name for v in self.description.variables]
+
+        def setter(kind: int) -> Any:
+            def function(_: int, references: Any, n: int, values: int) -> int:
+                given = (_C_TYPES[kind] * n).from_address(values)
+                for i in range(n):
+                    self.values[names[references[i]]] = given[i]
+                return OK
+
+            return _EXCHANGE(function)
+
+        def getter(kind: int) -> Any:
+            def function(_: int, references: Any, n: int, values: int) -> int:
+                wanted = (_C_TYPES[kind] * n).from_address(values)
+                for i in range(n):
+                    value = self.values[names[references[i]]]
+                    wanted[i] = value if kind == FLOAT64 else int(value)
+                return OK
+
+            return _EXCHANGE(function)
+
+        made: dict[Any, Any] = {("set", kind): setter(kind) for kind in _C_TYPES}
+        made |= {("get", kind): getter(kind) for kind in _C_TYPES}
+        return made | {"step": _STEP(self._step)}
+
+
+def _address(function: Any) -> int:
+    return ctypes.cast(function, ctypes.c_void_p).value or 0
+
+
+# Blocks
+
+
+def clock() -> Block:
+    """t = time at the end of the step."""
+    return Block(lambda t, h, v: {"t": t + h}, variables(("t", "output")))
+
+
+def gain(factor: float = 1.0, source: Unit | None = None, target: Unit | None = None) -> Block:
+    """y = factor*u at once; the input in the unit `target`, the output in the unit `source`."""
+    ports = variables(("u", "input", {"unit": target}), ("y", "output", {"unit": source}))
+    return Block(lambda t, h, v: {"y": factor * v["u"]}, ports, {"y": ("u",)})
+
+
+def integrator(unit: Unit | None = None) -> Block:
+    """x' = u, by the explicit Euler method."""
+    state = {"initial": "exact", "unit": unit}
+    return Block(
+        lambda t, h, v: {"x": v["x"] + h * v["u"]}, variables(("u", "input"), ("x", "output", state))
+    )
+
+
+def growing(factor: float) -> Block:
+    """y is `factor` times as large after each step."""
+    ports = variables(("y", "output", {"initial": "exact", "start": "1", "unit": METRE}))
+    return Block(lambda t, h, v: {"y": v["y"] * (factor if h else 1.0)}, ports)
+
+
+def failing(at: float, status: int, message: str = "") -> Block:
+    """A clock that answers with a status in the step that begins at time `at`."""
+
+    def law(t: float, h: float, v: dict[str, float]) -> dict[str, float]:
+        if h and t >= at:
+            raise Refusal(status, message)
+        return {"t": t + h}
+
+    return Block(law, variables(("t", "output")))
+
+
+def calling(function: Callable[[float], object]) -> Block:
+    """A clock that calls a function with the time of each step's begin."""
+
+    def law(t: float, h: float, v: dict[str, float]) -> dict[str, float]:
+        if h:
+            function(t)
+        return {"t": t + h}
+
+    return Block(law, variables(("t", "output")))
+
+
+def typed() -> Block:
+    """Passes on an integer, a Boolean and a real, and counts in an integer."""
+    integer = {"kind": Kind.INTEGER, "variability": "discrete"}
+    boolean = {"kind": Kind.BOOLEAN, "variability": "discrete"}
+    ports = variables(
+        ("i", "input", integer),
+        ("b", "input", boolean),
+        ("r", "input"),
+        ("i_out", "output", integer),
+        ("b_out", "output", boolean),
+        ("r_out", "output"),
+        ("count", "output", integer),
+    )
+
+    def law(t: float, h: float, v: dict[str, float]) -> dict[str, float]:
+        passed = {f"{name}_out": v[name] for name in ("i", "b", "r")}
+        return passed | {"count": v["count"] + (1 if h else 0)}
+
+    return Block(law, ports)
+
+
+def mark(n_inputs: int = 1) -> Block:
+    """Sends the time of its own row and shows what it received when it stepped: seen0, seen1, ..."""
+    places = range(n_inputs)
+    ports = [(f"u{i}", "input") for i in places] + [(f"seen{i}", "output") for i in places]
+
+    def law(t: float, h: float, v: dict[str, float]) -> dict[str, float]:
+        return {"row": t + h} | {f"seen{i}": v[f"u{i}"] for i in places}
+
+    return Block(law, variables(("row", "output"), *ports))
+
+
+# Systems
+
+
+def wire(source: str, target: str, **more: Any) -> dict[str, Any]:
+    """A connection as in the YAML form."""
+    return {"from": source, "to": target, **more}
+
+
+@dataclass
+class Bench:
+    """A system of stubs, scheduled, and the slaves of its latest run."""
+
+    blocks: Mapping[str, Block]
+    loaded: LoadedConfig
+    system: System
+    schedule: Schedule
+    slaves: dict[str, Stub] = field(default_factory=dict)
+
+    @property
+    def step_size(self) -> float:
+        """Step size [s]."""
+        return self.loaded.config.step_size
+
+    @property
+    def ledger(self) -> Ledger:
+        """Its delays."""
+        return make_ledger(self.system, self.schedule, self.step_size)
+
+    def factory(self, name: str, description: Description) -> Stub:
+        """Make one slave."""
+        self.slaves[name] = Stub(name, description, self.blocks[name].law)
+        return self.slaves[name]
+
+    def run(self, n_ticks: int, *, t0: float = 0.0, compiled: bool = False, **options: Any) -> Outcome:
+        """Step it."""
+        self.slaves.clear()
+        grid = Grid(t0, self.step_size, n_ticks)
+        return simulate(self.system, self.schedule, grid, factory=self.factory, compiled=compiled, **options)
+
+
+def bench(
+    blocks: Mapping[str, Block],
+    connections: Sequence[Mapping[str, Any]] = (),
+    order: list[str | list[str]] | None = None,
+    *,
+    step_size: float = 1.0,
+    every: Mapping[str, int] | None = None,
+    start: Mapping[str, Mapping[str, float]] | None = None,
+) -> Bench:
+    """Join blocks as a YAML file would; steps of 1 s, so that times are row numbers."""
+    every, start = every or {}, start or {}
+    fmus = {n: {"source": n, "every": every.get(n, 1), "start": dict(start.get(n, {}))} for n in blocks}
+    data = {
+        "name": "bench",
+        "step_size": step_size,
+        "stop_time": step_size,
+        "fmus": fmus,
+        "connections": list(connections),
+    }
+    loaded = LoadedConfig(config=Config.model_validate(data), document=Document(Path("bench.yaml"), data))
+    descriptions = {name: block.description(name) for name, block in blocks.items()}
+    system = build_system(loaded, descriptions, {})
+    return Bench(blocks, loaded, system, make_schedule(system, order, "coupling.order"))
