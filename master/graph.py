@@ -86,7 +86,7 @@ def parse(variable: Variable, value: Value) -> float | str:
         raise ValueError("expected true or false")
     if variable.items and value not in variable.items.values():
         raise ValueError(f"expected one of {', '.join(variable.items)}")
-    if variable.kind is not Kind.REAL and value != int(value):
+    if variable.kind is not Kind.REAL and not float(value).is_integer():
         raise ValueError("expected a whole number")
     _refuse_out_of_range(variable, float(value))
     return float(value)

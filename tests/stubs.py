@@ -175,18 +175,18 @@ def _address(function: Any) -> int:
 
 
 def clock() -> Block:
-    """t = time at the end of the step."""
+    """Output t: the time at the end of the step."""
     return Block(lambda t, h, v: {"t": t + h}, variables(("t", "output")))
 
 
 def gain(factor: float = 1.0, source: Unit | None = None, target: Unit | None = None) -> Block:
-    """y = factor*u at once; the input in the unit `target`, the output in the unit `source`."""
+    """Output y = factor*u at once; the input in the unit `target`, the output in the unit `source`."""
     ports = variables(("u", "input", {"unit": target}), ("y", "output", {"unit": source}))
     return Block(lambda t, h, v: {"y": factor * v["u"]}, ports, {"y": ("u",)})
 
 
 def integrator(unit: Unit | None = None) -> Block:
-    """x' = u, by the explicit Euler method."""
+    """State and output x with x' = u, by the explicit Euler method."""
     state = {"initial": "exact", "unit": unit}
     return Block(
         lambda t, h, v: {"x": v["x"] + h * v["u"]}, variables(("u", "input"), ("x", "output", state))
@@ -194,7 +194,7 @@ def integrator(unit: Unit | None = None) -> Block:
 
 
 def growing(factor: float) -> Block:
-    """y is `factor` times as large after each step."""
+    """Output y is `factor` times as large after each step."""
     ports = variables(("y", "output", {"initial": "exact", "start": "1", "unit": METRE}))
     return Block(lambda t, h, v: {"y": v["y"] * (factor if h else 1.0)}, ports)
 

@@ -16,7 +16,7 @@ from stubs import (
 
 
 def chain(order):
-    """clock -> a -> b -> c, each passing on what it gets."""
+    """A chain clock -> a -> b -> c, each passing on what it gets."""
     wires = [wire("clock.t", "a.u"), wire("a.y", "b.u"), wire("b.y", "c.u")]
     return bench({"clock": clock(), "a": gain(), "b": gain(), "c": gain()}, wires, order)
 

@@ -1,0 +1,98 @@
+"""Systems in YAML whose FMUs are stubs: the files exist and are empty, their content comes from here."""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+from stubs import (
+    CELSIUS,
+    ERROR,
+    KELVIN,
+    METRE,
+    NEWTON,
+    Stub,
+    calling,
+    clock,
+    failing,
+    gain,
+    growing,
+    integrator,
+    typed,
+    variables,
+)
+
+from master import experiment, simulation
+from master.description import Kind
+from master.errors import ConfigError
+
+CHOICE = {"kind": Kind.INTEGER, "variability": "fixed", "items": {"first": 1, "second": 2}, "start": "1"}
+BOUNDED = {"minimum": 0.0, "maximum": 10.0, "unit": METRE, "variability": "tunable"}
+
+
+def with_parameters(block):
+    """Add a parameter of every kind."""
+    more = variables(
+        ("size", "parameter", BOUNDED),
+        ("choice", "parameter", CHOICE),
+        ("on", "parameter", {"kind": Kind.BOOLEAN, "variability": "fixed"}),
+        ("count", "parameter", {"kind": Kind.INTEGER, "variability": "fixed"}),
+        ("label", "parameter", {"kind": Kind.STRING, "variability": "fixed", "start": ""}),
+    )
+    n = len(block.variables)
+    return replace(
+        block, variables=block.variables + tuple(replace(v, reference=v.reference + n) for v in more)
+    )
+
+
+def blocks(interrupt):
+    return {
+        "clock": clock(),
+        "gain": gain(),
+        "integrator": with_parameters(integrator(METRE)),
+        "growing": growing(2.0),
+        "failing": failing(3.0, ERROR, "rope torn"),
+        "interrupting": calling(lambda t: interrupt() if t == 10.0 else None),
+        "typed": typed(),
+        "celsius": gain(source=CELSIUS),
+        "kelvin": gain(source=KELVIN, target=KELVIN),
+        "newton": gain(source=NEWTON, target=NEWTON),
+        "metre": gain(source=METRE, target=METRE),
+    }
+
+
+@pytest.fixture
+def bay(tmp_path, monkeypatch):
+    """A folder with stub FMUs; `write` puts a system.yaml there, `faults` gives all that is wrong with it."""
+    space = SimpleNamespace(folder=tmp_path, interrupt=lambda: None, slaves={})
+    made = blocks(lambda: space.interrupt())
+    for name in made:
+        (tmp_path / f"{name}.fmu").touch()
+
+    def factory(name, description):
+        space.slaves[name] = Stub(name, description, made[description.model_name].law)
+        return space.slaves[name]
+
+    read = experiment.read_description
+    monkeypatch.setattr(
+        experiment,
+        "read_description",
+        lambda path: made[path.stem].description(path.stem) if path.stem in made else read(path),
+    )
+    monkeypatch.setattr(simulation, "simulate", functools.partial(simulation.simulate, factory=factory))
+
+    def write(text: str) -> Path:
+        path = tmp_path / "system.yaml"
+        path.write_text(text, encoding="utf-8")
+        return path
+
+    def faults(text: str, **request) -> list[str]:
+        with pytest.raises(ConfigError) as caught:
+            experiment.prepare(write(text), experiment.Request(**request))
+        return [p.replace(f"{tmp_path}/", "") for p in caught.value.problems]
+
+    space.write, space.faults, space.factory = write, faults, factory
+    return space
