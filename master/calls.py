@@ -14,14 +14,13 @@ from typing import Any
 
 from llvmlite import ir
 from numba import types
-from numba.core import cgutils
 from numba.extending import intrinsic, overload
-
-FLOAT64, INT32, BOOL32 = 0, 1, 2
 
 _INT, _DOUBLE, _POINTER, _SIZE = ctypes.c_int, ctypes.c_double, ctypes.c_void_p, ctypes.c_size_t
 _EXCHANGE = (_INT, _POINTER, _POINTER, _SIZE, _POINTER)
+_EXCHANGE_3 = (*_EXCHANGE, _SIZE)
 _STEP = (_INT, _POINTER, _DOUBLE, _DOUBLE, _INT)
+_STEP_3 = (_INT, _POINTER, _DOUBLE, _DOUBLE, ctypes.c_bool, *[_POINTER] * 4)
 
 
 @lru_cache(maxsize=4096)
@@ -34,14 +33,32 @@ def exchange(address: int, component: int, references: int, n: int, values: int)
     return _function(_EXCHANGE, int(address))(int(component), int(references), int(n), int(values))
 
 
+def exchange_3(address: int, component: int, references: int, n: int, values: int) -> int:
+    """Call a setter or getter of FMI 3.0: (instance, references, n, values, n values) -> status."""
+    return _function(_EXCHANGE_3, address)(component, references, n, values, n)
+
+
 def do_step(address: int, component: int, t: float, h: float) -> int:
     """Call fmi2DoStep from t to t + h [s] -> status."""
     return _function(_STEP, int(address))(int(component), t, h, 1)
 
 
-def _indirect_call(context: Any, builder: Any, address: Any, kinds: list[Any], arguments: list[Any]) -> Any:
-    signature = ir.FunctionType(ir.IntType(32), kinds)
-    function = builder.inttoptr(address, ir.PointerType(signature))
+def do_step_3(address: int, component: int, t: float, h: float, answers: int) -> int:
+    """
+    Call fmi3DoStep from t to t + h [s] -> status.
+
+    `answers` is the address of four cells of 8 bytes for eventHandlingNeeded, terminateSimulation,
+    earlyReturn (Booleans of one byte) and lastSuccessfulTime (double).
+    """
+    places = [answers + 8 * i for i in range(4)]
+    return _function(_STEP_3, address)(component, t, h, True, *places)
+
+
+_I64, _I32, _I1, _F64 = ir.IntType(64), ir.IntType(32), ir.IntType(1), ir.DoubleType()
+
+
+def _indirect_call(builder: Any, address: Any, kinds: list[Any], arguments: list[Any]) -> Any:
+    function = builder.inttoptr(address, ir.PointerType(ir.FunctionType(_I32, kinds)))
     return builder.call(function, arguments)
 
 
@@ -49,11 +66,22 @@ def _indirect_call(context: Any, builder: Any, address: Any, kinds: list[Any], a
 def _exchange_compiled(
     typing: Any, address: Any, component: Any, references: Any, n: Any, values: Any
 ) -> Any:
-    signature = types.int32(types.int64, types.int64, types.int64, types.int64, types.int64)
+    signature = types.int32(*[types.int64] * 5)
 
     def generate(context: Any, builder: Any, _: Any, arguments: Any) -> Any:
-        kinds = [ir.IntType(64)] * 4
-        return _indirect_call(context, builder, arguments[0], kinds, list(arguments[1:]))
+        return _indirect_call(builder, arguments[0], [_I64] * 4, list(arguments[1:]))
+
+    return signature, generate
+
+
+@intrinsic
+def _exchange_3_compiled(
+    typing: Any, address: Any, component: Any, references: Any, n: Any, values: Any
+) -> Any:
+    signature = types.int32(*[types.int64] * 5)
+
+    def generate(context: Any, builder: Any, _: Any, arguments: Any) -> Any:
+        return _indirect_call(builder, arguments[0], [_I64] * 5, [*arguments[1:], arguments[3]])
 
     return signature, generate
 
@@ -63,9 +91,21 @@ def _do_step_compiled(typing: Any, address: Any, component: Any, t: Any, h: Any)
     signature = types.int32(types.int64, types.int64, types.float64, types.float64)
 
     def generate(context: Any, builder: Any, _: Any, arguments: Any) -> Any:
-        kinds = [ir.IntType(64), ir.DoubleType(), ir.DoubleType(), ir.IntType(32)]
-        keep_no_old_state = cgutils.int32_t(1)
-        return _indirect_call(context, builder, arguments[0], kinds, [*arguments[1:], keep_no_old_state])
+        kinds = [_I64, _F64, _F64, _I32]
+        return _indirect_call(builder, arguments[0], kinds, [*arguments[1:], _I32(1)])
+
+    return signature, generate
+
+
+@intrinsic
+def _do_step_3_compiled(typing: Any, address: Any, component: Any, t: Any, h: Any, answers: Any) -> Any:
+    signature = types.int32(types.int64, types.int64, types.float64, types.float64, types.int64)
+
+    def generate(context: Any, builder: Any, _: Any, arguments: Any) -> Any:
+        *to_call, answers_at = arguments[1:]
+        places = [builder.add(answers_at, _I64(8 * i)) for i in range(4)]
+        kinds = [_I64, _F64, _F64, _I1, *[_I64] * 4]
+        return _indirect_call(builder, arguments[0], kinds, [*to_call, _I1(1), *places])
 
     return signature, generate
 
@@ -78,6 +118,18 @@ def _(address, component, references, n, values):
     )
 
 
+@overload(exchange_3)
+def _(address, component, references, n, values):
+    return lambda address, component, references, n, values: _exchange_3_compiled(
+        address, component, references, n, values
+    )
+
+
 @overload(do_step)
 def _(address, component, t, h):
     return lambda address, component, t, h: _do_step_compiled(address, component, t, h)
+
+
+@overload(do_step_3)
+def _(address, component, t, h, answers):
+    return lambda address, component, t, h, answers: _do_step_3_compiled(address, component, t, h, answers)

@@ -11,12 +11,13 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as ET
 
+from . import value_types
 from .errors import ConfigError
 from .units import Unit
 
 
 class Kind(Enum):
-    """Type of a variable's value on the C interface."""
+    """What sort of value a variable takes."""
 
     REAL = "Real"
     INTEGER = "Integer"
@@ -31,6 +32,7 @@ class Variable:
     name: str
     reference: int
     kind: Kind
+    value_type: int
     causality: str
     variability: str
     initial: str | None = None
@@ -77,6 +79,11 @@ class Description:
     feedthrough: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     influences: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
+    @property
+    def version(self) -> int:
+        """Major version of FMI."""
+        return int(self.fmi_version.partition(".")[0])
+
     @cached_property
     def by_name(self) -> dict[str, Variable]:
         """Variables by name."""
@@ -120,7 +127,7 @@ def read_description(path: Path) -> Description:
         model_name=model.modelName,
         model_identifier=model.coSimulation.modelIdentifier,
         token=model.guid or model.instantiationToken,
-        variables=tuple(_variable(v, units) for v in model.modelVariables if _is_scalar(v)),
+        variables=tuple(_variable(v, units, version) for v in model.modelVariables if _is_scalar(v)),
         delays=tuple(_delays(root)),
         can_get_and_set_state=bool(model.coSimulation.canGetAndSetFMUstate),
         needs_execution_tool=bool(model.coSimulation.needsExecutionTool),
@@ -145,14 +152,26 @@ def _read_xml(path: Path) -> ET.Element:
         raise ConfigError([f"{path}: modelDescription.xml is not XML: {error}"]) from None
 
 
-_KINDS = {"Real": Kind.REAL, "Float64": Kind.REAL, "Boolean": Kind.BOOLEAN, "String": Kind.STRING}
+_KINDS = {
+    **dict.fromkeys(("Real", "Float64", "Float32"), Kind.REAL),
+    "Boolean": Kind.BOOLEAN,
+    "String": Kind.STRING,
+}
+_TYPES_2 = {"Real": value_types.FLOAT64}
+
+
+def _value_type(name: str, version: str) -> int:
+    """Code of a variable's type on the C interface: an FMI 2.0 Boolean or enumeration is an int."""
+    if version.startswith("2."):
+        return _TYPES_2.get(name, value_types.INT32)
+    return value_types.NAMES.index(name) if name in value_types.NAMES else value_types.INT64
 
 
 def _is_scalar(v: Any) -> bool:
     return v.causality != "independent" and not v.dimensions and v.type != "Clock" and v.type != "Binary"
 
 
-def _variable(v: Any, units: Mapping[str, Unit]) -> Variable:
+def _variable(v: Any, units: Mapping[str, Unit], version: str) -> Variable:
     declared = v.declaredType
     unit = v.unit or (declared.unit if declared is not None else None)
     items = {i.name: int(i.value) for i in declared.items} if declared is not None and declared.items else {}
@@ -160,6 +179,7 @@ def _variable(v: Any, units: Mapping[str, Unit]) -> Variable:
         name=v.name,
         reference=v.valueReference,
         kind=_KINDS.get(v.type, Kind.INTEGER),
+        value_type=_value_type(v.type, version),
         causality=v.causality,
         variability=v.variability,
         initial=v.initial,

@@ -2,130 +2,55 @@
 
 from __future__ import annotations
 
-import ctypes
-import logging
-import shutil
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from typing import Any
 
-from .calls import BOOL32, FLOAT64, INT32
-from .description import Description, Kind, Variable
-from .errors import FmuError
+from .description import Kind, Variable
+from .fmu import WHOLE, FmuSlave, address, identity
 from .slave import CInterface
+from .value_types import FLOAT64, INT32
 
-STATUS = ("ok", "warning", "discard", "error", "fatal", "pending")
-_FATAL = 4
-_logger = logging.getLogger("dockloop.fmu")
+_NAMES = {Kind.REAL: "Real", Kind.INTEGER: "Integer", Kind.BOOLEAN: "Boolean", Kind.STRING: "String"}
+_EXCHANGED = ((Kind.REAL, FLOAT64), (Kind.INTEGER, INT32), (Kind.BOOLEAN, INT32))
 
 
-class Fmi2Slave:
-    """One instance of an FMU; extracted and loaded on creation."""
-
-    def __init__(self, name: str, description: Description, *, visible: bool = False) -> None:
-        from fmpy import extract
-        from fmpy.fmi2 import FMU2Slave
-
-        self.name, self.description = name, description
-        self._messages: list[str] = []
-        self._folder = str(extract(str(description.path)))
-        try:
-            self._fmu = FMU2Slave(
-                instanceName=name,
-                guid=description.token,
-                unzipDirectory=self._folder,
-                modelIdentifier=description.model_identifier,
-            )
-            self._callbacks = self._make_callbacks()
-            self._fmu.instantiate(visible=visible, callbacks=self._callbacks, loggingOn=True)
-        except Exception as error:  # FMPy and the loader raise bare exceptions
-            shutil.rmtree(self._folder, ignore_errors=True)
-            raise FmuError(name, self._failure(f"cannot be loaded: {error}")) from None
+class Fmi2Slave(FmuSlave):
+    """One instance of an FMU 2.0; extracted and loaded on creation."""
 
     def interface(self) -> CInterface:
         dll = self._fmu.dll
         return CInterface(
             version=2,
             component=self._fmu.component,
-            do_step=_address(dll.fmi2DoStep),
-            setters={
-                FLOAT64: _address(dll.fmi2SetReal),
-                INT32: _address(dll.fmi2SetInteger),
-                BOOL32: _address(dll.fmi2SetBoolean),
-            },
-            getters={
-                FLOAT64: _address(dll.fmi2GetReal),
-                INT32: _address(dll.fmi2GetInteger),
-                BOOL32: _address(dll.fmi2GetBoolean),
-            },
+            do_step=address(dll.fmi2DoStep),
+            setters={pair: address(getattr(dll, f"fmi2Set{_NAMES[pair[0]]}")) for pair in _EXCHANGED},
+            getters={pair: address(getattr(dll, f"fmi2Get{_NAMES[pair[0]]}")) for pair in _EXCHANGED},
         )
 
     def enter_initialisation(self, start: Mapping[str, float | str], t0: float) -> None:
-        for key, value in start.items():
-            variable = self.description.by_name[key]
-            if isinstance(value, str):
-                self._call(self._fmu.setString, [variable.reference], [value])
-            else:
-                self.set([variable], [value])
+        self.set_start_values(start)
         self._call(self._fmu.setupExperiment, startTime=t0)
         self._call(self._fmu.enterInitializationMode)
 
-    def exit_initialisation(self) -> None:
-        self._call(self._fmu.exitInitializationMode)
+    def _instantiate(self) -> Any:
+        from fmpy.fmi2 import FMU2Slave
 
-    def set(self, variables: Sequence[Variable], values: Sequence[float]) -> None:
-        for kind, setter, convert in self._setters():
-            chosen = [
-                (v.reference, convert(x)) for v, x in zip(variables, values, strict=True) if v.kind is kind
-            ]
-            if chosen:
-                self._call(setter, [r for r, _ in chosen], [x for _, x in chosen])
+        fmu = FMU2Slave(
+            instanceName=self.name,
+            guid=self.description.token,
+            unzipDirectory=self._folder,
+            modelIdentifier=self.description.model_identifier,
+        )
+        self._callbacks = self._make_callbacks()
+        fmu.instantiate(callbacks=self._callbacks, loggingOn=True)
+        return fmu
 
-    def get(self, variables: Sequence[Variable]) -> list[float]:
-        found: dict[int, float] = {}
-        for kind, getter in self._getters():
-            places = [i for i, v in enumerate(variables) if v.kind is kind]
-            if places:
-                values = self._call(getter, [variables[i].reference for i in places])
-                found |= dict(zip(places, map(float, values), strict=True))
-        return [found[i] for i in range(len(variables))]
+    def _setter(self, variable: Variable) -> tuple[Callable[..., Any], Callable[[Any], Any]]:
+        return getattr(self._fmu, f"set{_NAMES[variable.kind]}"), WHOLE.get(variable.kind, identity)
 
-    def last_message(self) -> str:
-        return self._messages[-1] if self._messages else ""
-
-    def close(self, *, failed: bool) -> None:
-        if not failed:
-            try:
-                self._fmu.terminate()
-                self._fmu.freeInstance()
-            except Exception as error:  # an FMU that fails at its end has given its results already
-                _logger.warning("%s: %s", self.name, error)
-        shutil.rmtree(self._folder, ignore_errors=True)
-
-    def _setters(self) -> list[tuple[Kind, Callable[..., Any], Callable[[float], Any]]]:
-        return [
-            (Kind.REAL, self._fmu.setReal, float),
-            (Kind.INTEGER, self._fmu.setInteger, round),
-            (Kind.BOOLEAN, self._fmu.setBoolean, bool),
-        ]
-
-    def _getters(self) -> list[tuple[Kind, Callable[..., Any]]]:
-        return [
-            (Kind.REAL, self._fmu.getReal),
-            (Kind.INTEGER, self._fmu.getInteger),
-            (Kind.BOOLEAN, self._fmu.getBoolean),
-        ]
-
-    def _call(self, function: Callable[..., Any], *arguments: Any, **named: Any) -> Any:
-        try:
-            return function(*arguments, **named)
-        except Exception as error:  # FMPy: FMICallException with a status
-            status = getattr(error, "status", None)
-            name = STATUS[status] if isinstance(status, int) and status < len(STATUS) else "error"
-            raise FmuError(self.name, self._failure(str(error)), status=name) from None
-
-    def _failure(self, text: str) -> str:
-        said = next((m for m in self._messages if "py exception" not in m), "")
-        return said or text
+    def _getter(self, variable: Variable) -> Callable[..., Any]:
+        getter: Callable[..., Any] = getattr(self._fmu, f"get{_NAMES[variable.kind]}")
+        return getter
 
     def _make_callbacks(self) -> Any:
         from fmpy import calloc, free
@@ -143,11 +68,4 @@ class Fmi2Slave:
         return callbacks
 
     def _log(self, _: Any, __: Any, status: int, ___: Any, message: bytes | None) -> None:
-        text = (message or b"").decode("utf-8", errors="replace").strip()
-        _logger.debug("%s (%s): %s", self.name, STATUS[status] if status < len(STATUS) else status, text)
-        if status:
-            self._messages.append(text)
-
-
-def _address(function: Any) -> int:
-    return ctypes.cast(function, ctypes.c_void_p).value or 0
+        self._note(status, message)

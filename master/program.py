@@ -8,15 +8,12 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from .calls import BOOL32, FLOAT64, INT32
 from .description import Kind, Variable
 from .graph import Port, System, Wire
 from .schedule import Schedule
 from .slave import Slave
 
 COPY, KEEP, SET, STEP, GET = range(5)
-
-TYPE_OF = {Kind.REAL: FLOAT64, Kind.INTEGER: INT32, Kind.BOOLEAN: BOOL32}
 
 Integers = NDArray[np.int64]
 Floats = NDArray[np.float64]
@@ -35,7 +32,8 @@ class Program:
         STEP  slave, do_step                        one step of `every` ticks
         GET   slave, getter, block                  slave -> values of the block
 
-    `blocks` has a row [address of the references, n, first place in values, type] for each block.
+    `blocks` has a row [address of the references, n, first place in values, type] for each block,
+    `slaves` a row [component, FMI version] for each slave.
     """
 
     operations: Integers
@@ -78,11 +76,11 @@ class _Builder:
                 self._transfers(name)
             for name in group:
                 self._step(name, setters[name], getters[name])
-        components = [self.interfaces[name].component for name in self.names]
+        interfaces = [self.interfaces[name] for name in self.names]
         return Program(
             operations=np.array(self.operations, dtype=np.int64).reshape(-1, 6),
             blocks=np.array(self.blocks, dtype=np.int64).reshape(-1, 4),
-            slaves=np.array(components, dtype=np.int64),
+            slaves=np.array([[i.component, i.version] for i in interfaces], dtype=np.int64),
             conversions=np.array(self.conversions, dtype=np.float64).reshape(-1, 2),
             values=np.zeros(len(self.place)),
             rings=np.zeros(self.n_rings),
@@ -98,22 +96,20 @@ class _Builder:
             interface = self.interfaces[name]
             inputs = [w.target.variable for w in self.system.wires_into(name)]
             outputs = self.system.instances[name].description.outputs
-            setters[name] = [[i, interface.setters[t], b] for t, b in self._blocks(name, inputs)]
-            getters[name] = [[i, interface.getters[t], b] for t, b in self._blocks(name, outputs)]
+            setters[name] = [[i, interface.setters[k, t], b] for k, t, b in self._blocks(name, inputs)]
+            getters[name] = [[i, interface.getters[k, t], b] for k, t, b in self._blocks(name, outputs)]
         return setters, getters
 
-    def _blocks(self, instance: str, variables: Sequence[Variable]) -> list[tuple[int, int]]:
+    def _blocks(self, instance: str, variables: Sequence[Variable]) -> list[tuple[Kind, int, int]]:
         made = []
-        for kind, value_type in TYPE_OF.items():
-            chosen = [v for v in variables if v.kind is kind]
-            if not chosen:
-                continue
+        for kind, value_type in dict.fromkeys((v.kind, v.value_type) for v in variables):
+            chosen = [v for v in variables if (v.kind, v.value_type) == (kind, value_type)]
             references = np.array([v.reference for v in chosen], dtype=np.uint32)
             self.references.append(references)
             self.blocks.append([references.ctypes.data, len(chosen), len(self.place), value_type])
             for v in chosen:
                 self.place[Port(instance, v).name] = len(self.place)
-            made.append((value_type, len(self.blocks) - 1))
+            made.append((kind, value_type, len(self.blocks) - 1))
         return made
 
     def _transfers(self, instance: str) -> None:

@@ -14,7 +14,9 @@ import numpy as np
 from . import stepping
 from .description import Description
 from .errors import FmuError
-from .fmi2 import STATUS, Fmi2Slave
+from .fmi2 import Fmi2Slave
+from .fmi3 import Fmi3Slave
+from .fmu import STATUS
 from .graph import Port, System, Wire
 from .program import Program, build_program
 from .recorder import Recorder, Result
@@ -59,8 +61,8 @@ def _silent(ticks: int) -> None:
 
 
 def load(name: str, description: Description) -> Slave:
-    """Load an FMU."""
-    return Fmi2Slave(name, description)
+    """Load an FMU of either version."""
+    return Fmi2Slave(name, description) if description.version == 2 else Fmi3Slave(name, description)
 
 
 def simulate(

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from .description import Description, Variable
+from .description import Description, Kind, Variable
 
 
 @dataclass(frozen=True)
@@ -14,14 +14,14 @@ class CInterface:
     """
     Addresses that the stepping loop calls, in the form of FMI 2.0 or 3.0.
 
-    `setters` and `getters` map a value type to a function address; the types are those of `calls`.
+    `setters` and `getters` map a kind of variable and its value type to a function address.
     """
 
     version: int
     component: int
     do_step: int
-    setters: Mapping[int, int]
-    getters: Mapping[int, int]
+    setters: Mapping[tuple[Kind, int], int]
+    getters: Mapping[tuple[Kind, int], int]
 
 
 class Slave(Protocol):

@@ -11,8 +11,8 @@ from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from . import calls
-from .calls import BOOL32, FLOAT64
-from .program import COPY, GET, KEEP, SET, STEP, Program
+from .program import COPY, KEEP, SET, STEP, Program
+from .value_types import FLOAT64, LARGEST_SIZE, pack, unpack
 
 DONE, FAILED, OUT_OF_LIMITS = 0, 1, 2
 WARNING = 1
@@ -22,11 +22,18 @@ Integers = NDArray[np.int64]
 
 
 @register_jitable
-def _as_integer(value: float, kind: int) -> int:
-    """Whole number of a value on its way into an integer or Boolean input."""
-    if kind == BOOL32:
-        return 1 if value != 0.0 else 0
-    return int(np.rint(value))
+def _exchange(slave: Integers, function: int, block: Integers, data: int) -> int:
+    references, n = block[0], block[1]
+    if slave[1] == 2:
+        return calls.exchange(function, slave[0], references, n, data)
+    return calls.exchange_3(function, slave[0], references, n, data)
+
+
+@register_jitable
+def _do_step(slave: Integers, function: int, t: float, h: float, scratch: int) -> int:
+    if slave[1] == 2:
+        return calls.do_step(function, slave[0], t, h)
+    return calls.do_step_3(function, slave[0], t, h, scratch)
 
 
 def execute(
@@ -49,8 +56,8 @@ def execute(
     t0, h = grid
     first, end = ticks
     base = values.ctypes.data
-    scratch = np.empty(max(1, values.size), dtype=np.int32)
-    integers = scratch.ctypes.data
+    scratch = np.zeros(LARGEST_SIZE * max(4, values.size), dtype=np.uint8)
+    scratch_base = scratch.ctypes.data
     for k in range(first, end):
         for i in range(operations.shape[0]):
             code, every, a, b, c, d = operations[i]
@@ -66,23 +73,15 @@ def execute(
                 values[b] = oldest
             elif code == STEP:
                 start = t0 + (k + 1 - every) * h
-                status = calls.do_step(b, slaves[a], start, every * h)
+                status = _do_step(slaves[a], b, start, every * h, scratch_base)
+            elif blocks[c, 3] == FLOAT64:
+                status = _exchange(slaves[a], b, blocks[c], base + 8 * blocks[c, 2])
             elif code == SET:
-                references, n, place, kind = blocks[c]
-                if kind == FLOAT64:
-                    status = calls.exchange(b, slaves[a], references, n, base + 8 * place)
-                else:
-                    for j in range(n):
-                        scratch[j] = _as_integer(values[place + j], kind)
-                    status = calls.exchange(b, slaves[a], references, n, integers)
-            elif code == GET:
-                references, n, place, kind = blocks[c]
-                if kind == FLOAT64:
-                    status = calls.exchange(b, slaves[a], references, n, base + 8 * place)
-                else:
-                    status = calls.exchange(b, slaves[a], references, n, integers)
-                    for j in range(n):
-                        values[place + j] = scratch[j]
+                pack(values, blocks[c, 2], blocks[c, 1], blocks[c, 3], scratch)
+                status = _exchange(slaves[a], b, blocks[c], scratch_base)
+            else:
+                status = _exchange(slaves[a], b, blocks[c], scratch_base)
+                unpack(values, blocks[c, 2], blocks[c, 1], blocks[c, 3], scratch)
             if status > WARNING:
                 return FAILED, k - first, i, status
         for j in range(record.size):

@@ -1,0 +1,218 @@
+"""Recordings: columns of a file as signals in SI units on one even time grid, or all faults at once."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import DataError
+from .tables import Array, Table, read_table, shortened
+from .unit_names import unit
+
+FEWEST_SAMPLES = 200
+JITTER = 0.05
+GAP = 1.5
+CLOCK_TOLERANCE = 1e-3
+
+
+@dataclass(frozen=True)
+class Column:
+    """How a column becomes a signal: signal = sign * scale * column, converted from `unit` to SI, minus `offset` [SI]."""
+
+    column: str
+    unit: str
+    scale: float = 1.0
+    sign: int = 1
+    offset: float = 0.0
+
+
+@dataclass(frozen=True)
+class Rules:
+    """
+    What a recording must keep.
+
+    `period` [s] is what its clock should say (None: not known), `start` the time [s] of its first row.
+    `rates` maps a signal to the one that is its time derivative.
+    """
+
+    fewest: int = FEWEST_SAMPLES
+    period: float | None = None
+    start: float | None = 0.0
+    jitter: float = JITTER
+    rates: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Recording:
+    """Signals in SI units, shape (n,) each, at times t [s] with the period [s]."""
+
+    name: str
+    t: Array
+    signals: Mapping[str, Array]
+    period: float
+
+    def __len__(self) -> int:
+        return len(self.t)
+
+    def __getitem__(self, signal: str) -> Array:
+        return self.signals[signal]
+
+
+def read(
+    path: str | Path,
+    time: Column,
+    columns: Mapping[str, Column],
+    *,
+    rules: Rules | None = None,
+    array: str | None = None,
+) -> Recording:
+    """
+    Read a recording; nothing is resampled, filled or cut.
+
+    Args:
+        path: CSV, MAT, NPZ or Parquet file.
+        time: Column of the time.
+        columns: Signal to column.
+        rules: What the recording must keep.
+        array: Name of a two-dimensional array in an NPZ or MAT.
+
+    Raises:
+        DataError: With every fault, row and column.
+    """
+    table, rules = read_table(path, array), rules or Rules()
+    where = f"{table.path}" if array is None else f"{table.path}[{array}]"
+    wanted = {"time": time, **columns}
+    problems = [*table.faults, *_missing(table, wanted, where), *_units(wanted, where)]
+    if problems and not table.faults:
+        raise DataError("\n".join(problems))
+    known = {name: c for name, c in wanted.items() if c.column in table.columns}
+    problems += _cells(table, known, where)
+    if problems:
+        raise DataError("\n".join(problems))
+    signals = {name: _signal(table.columns[c.column], c) for name, c in wanted.items()}
+    t = signals.pop("time")
+    problems = [*_time_faults(t, rules, table, where), *_rate_faults(t, signals, rules, where)]
+    if problems:
+        raise DataError("\n".join(problems))
+    return Recording(array or table.path.stem, t, signals, float((t[-1] - t[0]) / (len(t) - 1)))
+
+
+def _signal(values: Array, c: Column) -> Array:
+    return np.asarray(c.sign * c.scale * unit(c.unit).factor * values - c.offset)
+
+
+def _missing(table: Table, wanted: Mapping[str, Column], where: str) -> list[str]:
+    return [
+        f"{where}: column for {name}: got {c.column!r}, expected one of {[*table.columns]}"
+        for name, c in wanted.items()
+        if c.column not in table.columns
+    ]
+
+
+def _units(wanted: Mapping[str, Column], where: str) -> list[str]:
+    problems = []
+    for name, c in wanted.items():
+        try:
+            found = unit(c.unit)
+        except ValueError as error:
+            problems.append(f"{where}: column {c.column!r}: {error}")
+            continue
+        if name == "time" and found.exponents != {"s": 1}:
+            problems.append(f"{where}: column {c.column!r}: got the unit {c.unit!r}, expected a time")
+        if c.sign not in (-1, 1):
+            problems.append(f"{where}: column {c.column!r}: sign, got {c.sign!r}, expected 1 or -1")
+    return problems
+
+
+def _cells(table: Table, wanted: Mapping[str, Column], where: str) -> list[str]:
+    lengths = {c.column: len(table.columns[c.column]) for c in wanted.values()}
+    problems = []
+    if len(set(lengths.values())) > 1:
+        problems.append(f"{where}: columns have different lengths: {lengths}")
+    if table.faults:
+        return problems
+    for column in lengths:
+        values = table.columns[column]
+        bad = np.flatnonzero(~np.isfinite(values))
+        found = [
+            f"{where}: row {i + table.first_row}, column {column!r}: got {values[i]}, expected a finite number"
+            for i in bad
+        ]
+        problems += shortened(found, f"in column {column!r}")
+    return problems
+
+
+def _time_faults(t: Array, rules: Rules, table: Table, where: str) -> list[str]:
+    if len(t) < max(rules.fewest, 3):
+        return [f"{where}: too few samples, got {len(t)}, expected at least {rules.fewest}"]
+    steps = np.diff(t)
+    back = np.flatnonzero(steps <= 0.0)
+    rows = back + 1 + table.first_row
+    problems = [
+        f"{where}: row {row}: time goes from {t[i]:.9g} to {t[i + 1]:.9g} s, expected it to grow"
+        for i, row in zip(back, rows, strict=True)
+    ]
+    if problems:
+        return shortened(problems, "steps back")
+    return [*_step_faults(t, steps, rules, table, where), *_clock_faults(t, steps, rules, where)]
+
+
+def _step_faults(t: Array, steps: Array, rules: Rules, table: Table, where: str) -> list[str]:
+    usual = float(np.median(steps))
+    is_gap = steps > GAP * usual
+    is_jitter = (np.abs(steps - usual) > rules.jitter * usual) & ~is_gap
+    problems: list[str] = []
+    for chosen, what in ((is_gap, "gap"), (is_jitter, "jitter")):
+        found = [
+            f"{where}: row {i + 1 + table.first_row}: {what}, got a step of {steps[i]:.6g} s after "
+            f"t={t[i]:.9g} s, expected {usual:.6g} s"
+            for i in np.flatnonzero(chosen)
+        ]
+        problems += shortened(found, f"rows with {what}")
+    return problems
+
+
+def _clock_faults(t: Array, steps: Array, rules: Rules, where: str) -> list[str]:
+    problems = []
+    period = float(np.median(steps))
+    if rules.start is not None and abs(t[0] - rules.start) > 0.5 * period:
+        problems.append(
+            f"{where}: clock offset, got a first time of {t[0]:.9g} s, expected {rules.start:.9g} s "
+            "(give the time column an offset)"
+        )
+    mean = float((t[-1] - t[0]) / len(steps))
+    if rules.period is not None and abs(mean / rules.period - 1.0) > CLOCK_TOLERANCE:
+        problems.append(f"{where}: sampling period, got {mean:.9g} s, expected {rules.period:.9g} s")
+    return problems
+
+
+def _rate_faults(t: Array, signals: Mapping[str, Array], rules: Rules, where: str) -> list[str]:
+    problems = []
+    for name, rate in rules.rates.items():
+        if name not in signals or rate not in signals or len(t) < rules.fewest:
+            continue
+        way = signals[name] - signals[name][0]
+        integral = np.concatenate(
+            [[0.0], np.cumsum(0.5 * (signals[rate][1:] + signals[rate][:-1]) * np.diff(t))]
+        )
+        scale = _slope(integral, way)
+        if not 0.5 < scale < 2.0:
+            problems.append(
+                f"{where}: {rate} is not the rate of {name}: its integral is {scale:.3g} of the way, expected "
+                "about 1 (wrong unit, scale or sign?)"
+            )
+    return problems
+
+
+def _slope(values: Array, against: Array) -> float:
+    a, b = values - values.mean(), against - against.mean()
+    power = float(b @ b)
+    return float(a @ b) / power if power > 0.0 else 1.0
+
+
+def common(recordings: Sequence[Recording]) -> set[str]:
+    """Names of the signals that all recordings have."""
+    return set.intersection(*(set(r.signals) for r in recordings)) if recordings else set()

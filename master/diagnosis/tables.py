@@ -1,0 +1,123 @@
+"""Tables of numbers from CSV, MAT, NPZ and Parquet files: column name to array, with the faults of the file."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import DataError
+
+Array = NDArray[np.float64]
+N_SHOWN = 5
+
+
+class Table:
+    """
+    Columns of a file.
+
+    `columns` have the lengths that the file gives, `first_row` is the number that people see for row 0 (2 in a CSV
+    with a header), `faults` are the cells that are no numbers.
+    """
+
+    def __init__(self, path: Path, columns: Mapping[str, Array], first_row: int = 0) -> None:
+        self.path, self.columns, self.first_row = path, dict(columns), first_row
+        self.faults: list[str] = []
+
+
+def read_table(path: str | Path, name: str | None = None) -> Table:
+    """
+    Read a file by its ending.
+
+    Args:
+        path: `.csv`, `.mat` (up to version 7.2), `.npz` or `.parquet`.
+        name: Array of two dimensions to take from an NPZ or MAT; its columns are named by an array `columns`
+            beside it, or by their numbers.
+
+    Raises:
+        DataError: If the file cannot be read as a table.
+    """
+    path = Path(path)
+    reader = _READERS.get(path.suffix.lower())
+    if reader is None:
+        raise DataError(f"{path}: kind of file, got {path.suffix!r}, expected one of {[*_READERS]}")
+    try:
+        return reader(path, name)
+    except (OSError, ValueError, KeyError, NotImplementedError) as error:
+        raise DataError(f"{path}: cannot be read as a table: {error}") from error
+
+
+def _csv(path: Path, _: str | None) -> Table:
+    with path.open(newline="", encoding="utf-8") as file:
+        rows = list(csv.reader(line for line in file if not line.startswith("#")))
+    if not rows:
+        raise ValueError("the file is empty, expected a header")
+    header, body = [cell.strip() for cell in rows[0]], rows[1:]
+    faults: list[str] = []
+    values = np.full((len(body), len(header)), math.nan)
+    for i, row in enumerate(body):
+        if len(row) != len(header):
+            faults.append(f"{path}: row {i + 2}: got {len(row)} cells, expected {len(header)}")
+        for j, cell in enumerate(row[: len(header)]):
+            try:
+                values[i, j] = float(cell)
+            except ValueError:
+                faults.append(f"{path}: row {i + 2}, column {header[j]!r}: got {cell!r}, expected a number")
+    table = Table(path, {name: values[:, j] for j, name in enumerate(header)}, first_row=2)
+    table.faults = shortened(faults, "faults of this kind")
+    return table
+
+
+def _npz(path: Path, name: str | None) -> Table:
+    with np.load(path, allow_pickle=False) as found:
+        return _arrays(path, {key: found[key] for key in found.files}, name)
+
+
+def _mat(path: Path, name: str | None) -> Table:
+    from scipy.io import loadmat
+
+    found = {key: np.asarray(value) for key, value in loadmat(path).items() if not key.startswith("__")}
+    return _arrays(path, found, name)
+
+
+def _parquet(path: Path, _: str | None) -> Table:
+    import pyarrow.parquet
+
+    found = pyarrow.parquet.read_table(path)
+    columns = {key: np.asarray(found[key].to_numpy(), dtype=float) for key in found.column_names}
+    return Table(path, columns)
+
+
+def _arrays(path: Path, found: Mapping[str, Any], name: str | None) -> Table:
+    if name is None:
+        flat = {
+            key: np.squeeze(value) for key, value in found.items() if np.asarray(value).dtype.kind in "fiub"
+        }
+        return Table(path, {key: v.astype(float) for key, v in flat.items() if v.ndim == 1 and v.size > 1})
+    if name not in found:
+        raise ValueError(f"no array of this name, got {name!r}, expected one of {[*found]}")
+    values = np.asarray(found[name], dtype=float)
+    names = (
+        [str(n) for n in found["columns"]] if "columns" in found else [str(i) for i in range(values.shape[1])]
+    )
+    return Table(path, {n: values[:, j] for j, n in enumerate(names)})
+
+
+def shortened(faults: list[str], kind: str) -> list[str]:
+    """Show the first few and count the others."""
+    if len(faults) <= N_SHOWN:
+        return faults
+    return [*faults[:N_SHOWN], f"... and {len(faults) - N_SHOWN} more {kind}"]
+
+
+_READERS: dict[str, Callable[[Path, str | None], Table]] = {
+    ".csv": _csv,
+    ".npz": _npz,
+    ".mat": _mat,
+    ".parquet": _parquet,
+}
