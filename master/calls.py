@@ -35,7 +35,7 @@ def exchange(address: int, component: int, references: int, n: int, values: int)
 
 def exchange_3(address: int, component: int, references: int, n: int, values: int) -> int:
     """Call a setter or getter of FMI 3.0: (instance, references, n, values, n values) -> status."""
-    return _function(_EXCHANGE_3, address)(component, references, n, values, n)
+    return _function(_EXCHANGE_3, int(address))(int(component), int(references), int(n), int(values), int(n))
 
 
 def do_step(address: int, component: int, t: float, h: float) -> int:
@@ -50,8 +50,8 @@ def do_step_3(address: int, component: int, t: float, h: float, answers: int) ->
     `answers` is the address of four cells of 8 bytes for eventHandlingNeeded, terminateSimulation,
     earlyReturn (Booleans of one byte) and lastSuccessfulTime (double).
     """
-    places = [answers + 8 * i for i in range(4)]
-    return _function(_STEP_3, address)(component, t, h, True, *places)
+    places = [int(answers) + 8 * i for i in range(4)]
+    return _function(_STEP_3, int(address))(int(component), t, h, True, *places)
 
 
 _I64, _I32, _I1, _F64 = ir.IntType(64), ir.IntType(32), ir.IntType(1), ir.DoubleType()

@@ -157,7 +157,7 @@ _KINDS = {
     "Boolean": Kind.BOOLEAN,
     "String": Kind.STRING,
 }
-_TYPES_2 = {"Real": value_types.FLOAT64}
+_TYPES_2 = {"Real": value_types.FLOAT64, "Boolean": value_types.INT_BOOLEAN}
 
 
 def _value_type(name: str, version: str) -> int:

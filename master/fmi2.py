@@ -8,10 +8,10 @@ from typing import Any
 from .description import Kind, Variable
 from .fmu import WHOLE, FmuSlave, address, identity
 from .slave import CInterface
-from .value_types import FLOAT64, INT32
+from .value_types import FLOAT64, INT32, INT_BOOLEAN
 
 _NAMES = {Kind.REAL: "Real", Kind.INTEGER: "Integer", Kind.BOOLEAN: "Boolean", Kind.STRING: "String"}
-_EXCHANGED = ((Kind.REAL, FLOAT64), (Kind.INTEGER, INT32), (Kind.BOOLEAN, INT32))
+_EXCHANGED = ((Kind.REAL, FLOAT64), (Kind.INTEGER, INT32), (Kind.BOOLEAN, INT_BOOLEAN))
 
 
 class Fmi2Slave(FmuSlave):

@@ -8,6 +8,7 @@ import numpy as np
 from numba.extending import register_jitable
 
 FLOAT64, FLOAT32, INT8, UINT8, INT16, UINT16, INT32, UINT32, INT64, UINT64, BOOLEAN = range(11)
+INT_BOOLEAN = 11  # the Boolean of FMI 2.0, an int
 
 NAMES = (
     "Float64",
@@ -36,6 +37,10 @@ def pack(values: Any, place: int, n: int, kind: int, scratch: Any) -> None:
     elif kind == BOOLEAN:
         for j in range(n):
             scratch[j] = 1 if values[place + j] != 0.0 else 0
+    elif kind == INT_BOOLEAN:
+        truths = scratch.view(np.int32)
+        for j in range(n):
+            truths[j] = 1 if values[place + j] != 0.0 else 0
     elif kind in (INT8, UINT8):
         for j in range(n):
             scratch[j] = np.int64(np.rint(values[place + j])) & 0xFF
@@ -66,7 +71,7 @@ def unpack(values: Any, place: int, n: int, kind: int, scratch: Any) -> None:
         _copy(values, place, n, scratch.view(np.int16))
     elif kind == UINT16:
         _copy(values, place, n, scratch.view(np.uint16))
-    elif kind == INT32:
+    elif kind in (INT32, INT_BOOLEAN):
         _copy(values, place, n, scratch.view(np.int32))
     elif kind == UINT32:
         _copy(values, place, n, scratch.view(np.uint32))

@@ -13,7 +13,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from master.calls import BOOL32, FLOAT64, INT32
 from master.config import Config, LoadedConfig
 from master.description import DeclaredDelay, Description, Kind, Variable
 from master.graph import System, build_system
@@ -22,6 +21,7 @@ from master.schedule import Schedule, make_schedule
 from master.simulation import Grid, Outcome, simulate
 from master.slave import CInterface
 from master.units import Unit
+from master.value_types import BOOLEAN, FLOAT32, FLOAT64, INT32, INT64, INT_BOOLEAN, UINT8
 from master.yaml_lines import Document
 
 Law = Callable[[float, float, dict[str, float]], Mapping[str, float]]
@@ -33,11 +33,26 @@ KELVIN = Unit("K", {"K": 1})
 CELSIUS = Unit("degC", {"K": 1}, offset=273.15)
 NEWTON = Unit("N", {"kg": 1, "m": 1, "s": -2})
 
-_C_TYPES = {FLOAT64: ctypes.c_double, INT32: ctypes.c_int32, BOOL32: ctypes.c_int32}
-_EXCHANGE = ctypes.CFUNCTYPE(
-    ctypes.c_int, ctypes.c_void_p, ctypes.POINTER(ctypes.c_uint32), ctypes.c_size_t, ctypes.c_void_p
-)
-_STEP = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_double, ctypes.c_double, ctypes.c_int)
+_C_TYPES = {
+    FLOAT64: ctypes.c_double,
+    FLOAT32: ctypes.c_float,
+    UINT8: ctypes.c_uint8,
+    INT32: ctypes.c_int32,
+    INT_BOOLEAN: ctypes.c_int32,
+    INT64: ctypes.c_int64,
+    BOOLEAN: ctypes.c_bool,
+}
+_FMI_2 = {Kind.REAL: FLOAT64, Kind.INTEGER: INT32, Kind.BOOLEAN: INT_BOOLEAN, Kind.STRING: INT32}
+_P, _N = ctypes.c_void_p, ctypes.c_size_t
+_REFERENCES = ctypes.POINTER(ctypes.c_uint32)
+_EXCHANGE = {
+    2: ctypes.CFUNCTYPE(ctypes.c_int, _P, _REFERENCES, _N, _P),
+    3: ctypes.CFUNCTYPE(ctypes.c_int, _P, _REFERENCES, _N, _P, _N),
+}
+_STEP = {
+    2: ctypes.CFUNCTYPE(ctypes.c_int, _P, ctypes.c_double, ctypes.c_double, ctypes.c_int),
+    3: ctypes.CFUNCTYPE(ctypes.c_int, _P, ctypes.c_double, ctypes.c_double, ctypes.c_bool, _P, _P, _P, _P),
+}
 
 
 class Refusal(Exception):  # noqa: N818
@@ -56,12 +71,13 @@ class Block:
     variables: tuple[Variable, ...]
     feedthrough: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     delays: tuple[DeclaredDelay, ...] = ()
+    version: int = 2
 
     def description(self, name: str = "stub") -> Description:
         """Describe it as an FMU would."""
         return Description(
             path=Path(f"{name}.fmu"),
-            fmi_version="2.0",
+            fmi_version=f"{self.version}.0",
             model_name=name,
             model_identifier=name,
             token=name,
@@ -76,8 +92,9 @@ def variables(*declared: tuple[str, str] | tuple[str, str, Mapping[str, Any]]) -
     """Declare (name, causality[, more]) each; the value reference is the place in the list."""
     made = []
     for reference, (name, causality, *more) in enumerate(declared):
-        defaults: dict[str, Any] = {"kind": Kind.REAL, "variability": "continuous", "start": "0"}
-        made.append(Variable(name, reference, causality=causality, **(defaults | dict(*more))))
+        given: dict[str, Any] = {"kind": Kind.REAL, "variability": "continuous", "start": "0"} | dict(*more)
+        given.setdefault("value_type", _FMI_2[given["kind"]])
+        made.append(Variable(name, reference, causality=causality, **given))
     return tuple(made)
 
 
@@ -96,12 +113,13 @@ class Stub:
 
     def interface(self) -> CInterface:
         addresses = {key: _address(function) for key, function in self._c_functions.items()}
+        pairs = {(v.kind, v.value_type) for v in self.description.variables if v.kind is not Kind.STRING}
         return CInterface(
-            version=2,
+            version=self.description.version,
             component=0,
             do_step=addresses["step"],
-            setters={kind: addresses["set", kind] for kind in _C_TYPES},
-            getters={kind: addresses["get", kind] for kind in _C_TYPES},
+            setters={pair: addresses["set", pair[1]] for pair in pairs},
+            getters={pair: addresses["get", pair[1]] for pair in pairs},
         )
 
     def enter_initialisation(self, start: Mapping[str, float | str], t0: float) -> None:
@@ -132,7 +150,7 @@ class Stub:
         if not self._stepping:
             self.values |= self._law(self._time, 0.0, self.values)
 
-    def _step(self, _: int, t: float, h: float, __: int) -> int:
+    def _step(self, _: int, t: float, h: float, *__: int) -> int:
         try:
             self.values |= self._law(t, h, self.values)
         except Refusal as refusal:
@@ -142,29 +160,30 @@ class Stub:
 
     def _make_c_functions(self) -> dict[Any, Any]:
         names = [v.name for v in self.description.variables]
+        version = self.description.version
 
         def setter(kind: int) -> Any:
-            def function(_: int, references: Any, n: int, values: int) -> int:
+            def function(__: int, references: Any, n: int, values: int, *_: int) -> int:
                 given = (_C_TYPES[kind] * n).from_address(values)
                 for i in range(n):
                     self.values[names[references[i]]] = given[i]
                 return OK
 
-            return _EXCHANGE(function)
+            return _EXCHANGE[version](function)
 
         def getter(kind: int) -> Any:
-            def function(_: int, references: Any, n: int, values: int) -> int:
+            def function(__: int, references: Any, n: int, values: int, *_: int) -> int:
                 wanted = (_C_TYPES[kind] * n).from_address(values)
                 for i in range(n):
                     value = self.values[names[references[i]]]
-                    wanted[i] = value if kind == FLOAT64 else int(value)
+                    wanted[i] = value if kind in (FLOAT64, FLOAT32) else int(value)
                 return OK
 
-            return _EXCHANGE(function)
+            return _EXCHANGE[version](function)
 
         made: dict[Any, Any] = {("set", kind): setter(kind) for kind in _C_TYPES}
         made |= {("get", kind): getter(kind) for kind in _C_TYPES}
-        return made | {"step": _STEP(self._step)}
+        return made | {"step": _STEP[version](self._step)}
 
 
 def _address(function: Any) -> int:
@@ -221,17 +240,18 @@ def calling(function: Callable[[float], object]) -> Block:
     return Block(law, variables(("t", "output")))
 
 
-def typed() -> Block:
+def typed(version: int = 2, whole: int = INT32, real: int = FLOAT64) -> Block:
     """Passes on an integer, a Boolean and a real, and counts in an integer."""
-    integer = {"kind": Kind.INTEGER, "variability": "discrete"}
-    boolean = {"kind": Kind.BOOLEAN, "variability": "discrete"}
+    integer = {"kind": Kind.INTEGER, "value_type": whole, "variability": "discrete"}
+    boolean_type = INT_BOOLEAN if version == 2 else BOOLEAN
+    boolean = {"kind": Kind.BOOLEAN, "value_type": boolean_type, "variability": "discrete"}
     ports = variables(
         ("i", "input", integer),
         ("b", "input", boolean),
-        ("r", "input"),
+        ("r", "input", {"value_type": real}),
         ("i_out", "output", integer),
         ("b_out", "output", boolean),
-        ("r_out", "output"),
+        ("r_out", "output", {"value_type": real}),
         ("count", "output", integer),
     )
 
@@ -239,7 +259,8 @@ def typed() -> Block:
         passed = {f"{name}_out": v[name] for name in ("i", "b", "r")}
         return passed | {"count": v["count"] + (1 if h else 0)}
 
-    return Block(law, ports)
+    feedthrough = {f"{name}_out": (name,) for name in ("i", "b", "r")}
+    return Block(law, ports, feedthrough, version=version)
 
 
 def mark(n_inputs: int = 1) -> Block:

@@ -3,16 +3,17 @@ from stubs import METRE, bench, clock, gain, integrator, wire
 
 from master.description import Kind, Variable
 from master.graph import parse
+from master.value_types import BOOLEAN, FLOAT64, INT32
 
 HEAD = (
     "name: test\nstop_time: 1.0\nfmus:\n  clock: {source: clock.fmu}\n  mass:\n    source: integrator.fmu\n"
 )
 
-CHOICE = Variable("choice", 0, Kind.INTEGER, "parameter", "fixed", items={"kalman": 1, "rls": 2})
-SWITCH = Variable("on", 1, Kind.BOOLEAN, "parameter", "fixed")
-REAL = Variable("size", 2, Kind.REAL, "parameter", "fixed", minimum=0.0, maximum=10.0)
-WHOLE = Variable("n", 3, Kind.INTEGER, "parameter", "fixed")
-TEXT = Variable("label", 4, Kind.STRING, "parameter", "fixed")
+CHOICE = Variable("choice", 0, Kind.INTEGER, INT32, "parameter", "fixed", items={"kalman": 1, "rls": 2})
+SWITCH = Variable("on", 1, Kind.BOOLEAN, BOOLEAN, "parameter", "fixed")
+REAL = Variable("size", 2, Kind.REAL, FLOAT64, "parameter", "fixed", minimum=0.0, maximum=10.0)
+WHOLE = Variable("n", 3, Kind.INTEGER, INT32, "parameter", "fixed")
+TEXT = Variable("label", 4, Kind.STRING, INT32, "parameter", "fixed")
 
 
 @pytest.mark.parametrize(

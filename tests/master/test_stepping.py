@@ -14,6 +14,8 @@ from stubs import (
     wire,
 )
 
+from master.value_types import FLOAT32, INT32, INT64, UINT8
+
 
 def chain(order):
     """A chain clock -> a -> b -> c, each passing on what it gets."""
@@ -92,8 +94,9 @@ def test_an_integrator_sums_what_it_gets():
 
 
 @pytest.mark.parametrize("compiled", [False, True])
-def test_reals_round_on_their_way_into_integers_and_become_booleans(compiled):
-    blocks = {"clock": clock(), "typed": typed()}
+@pytest.mark.parametrize("types", [(2, INT32), (3, INT32), (3, INT64), (3, UINT8, FLOAT32)])
+def test_reals_round_on_their_way_into_integers_and_become_booleans(types, compiled):
+    blocks = {"clock": clock(), "typed": typed(*types)}
     wires = [wire("clock.t", "typed.i"), wire("clock.t", "typed.b"), wire("clock.t", "typed.r")]
     result = bench(blocks, wires, step_size=0.75).run(3, compiled=compiled).result
 
@@ -103,8 +106,8 @@ def test_reals_round_on_their_way_into_integers_and_become_booleans(compiled):
     assert result["typed.count"].tolist() == [0.0, 1.0, 2.0, 3.0]
 
 
-def test_integers_and_booleans_pass_between_two_slaves():
-    blocks = {"first": typed(), "second": typed()}
+def test_integers_and_booleans_pass_between_fmus_of_both_versions():
+    blocks = {"first": typed(2), "second": typed(3, INT64)}
     wires = [wire("first.count", "second.i"), wire("first.count", "second.b")]
     result = bench(blocks, wires).run(3).result
 
