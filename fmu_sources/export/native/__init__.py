@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from ...model import Model
 from .compile import compile_host, compile_release
 from .errors import MissingToolError, NativeBuildError
-from .platforms import of_version
+from .platforms import host_folders, of_version
 
 __all__ = [
     "MissingToolError",
@@ -18,6 +18,7 @@ __all__ = [
     "compile_host",
     "compile_release",
     "generate",
+    "host_folders",
     "of_version",
 ]
 

@@ -14,7 +14,7 @@ from pathlib import Path
 from .errors import MissingToolError, NativeBuildError
 from .fat import join
 from .normalise import normalise
-from .platforms import MAC_ARM, MAC_INTEL, RELEASE, Platform, host_ending
+from .platforms import MAC_ARM, MAC_INTEL, RELEASE, Platform, host
 
 FLAGS = (
     "-std=c11",
@@ -31,8 +31,8 @@ FLAGS = (
 def compile_host(sources: Mapping[str, bytes], model_identifier: str) -> bytes:
     """Compile for this machine, with `cc` when it has one, else with zig."""
     compiler = [shutil.which("cc") or ""] if shutil.which("cc") else _zig()
-    name = model_identifier + host_ending()
-    return _compile(sources, [*compiler, *FLAGS], name, ["-lm"] if sys.platform != "win32" else [])
+    name = model_identifier + host().ending
+    return _compile(sources, [*compiler, *FLAGS], name, host().link_flags)
 
 
 def compile_release(sources: Mapping[str, bytes], model_identifier: str) -> dict[str, bytes]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import platform
 import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -26,12 +27,23 @@ MAC_ARM = Platform("aarch64-macos.11.0", "darwin64", "aarch64-darwin", ".dylib")
 RELEASE = (LINUX, WINDOWS, LINUX_ARM, MAC_INTEL, MAC_ARM)
 
 
-def host_ending() -> str:
-    """File ending of a shared library here."""
-    return {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
-
-
 def of_version(binaries: Mapping[str, bytes], fmi_version: str) -> dict[str, bytes]:
     """Choose from a release the binaries in the folders of FMI "2.0" or "3.0"."""
     folders = {p.fmi2_folder if fmi_version.startswith("2") else p.fmi3_folder for p in RELEASE}
     return {path: content for path, content in binaries.items() if path.split("/")[1] in folders}
+
+
+def host() -> Platform:
+    """Give the platform of this machine."""
+    arm = platform.machine().lower() in ("aarch64", "arm64")
+    if sys.platform == "win32":
+        return WINDOWS
+    if sys.platform == "darwin":
+        return MAC_ARM if arm else MAC_INTEL
+    return LINUX_ARM if arm else LINUX
+
+
+def host_folders() -> tuple[tuple[str, str], ...]:
+    """Folder below `binaries/` and file ending for this machine, in FMI 2.0 and in FMI 3.0."""
+    here = host()
+    return (here.fmi2_folder, here.ending), (here.fmi3_folder, here.ending)

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import importlib.util
+import platform
 import re
 import shutil
 import struct
 import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from xml.etree import ElementTree as ET
@@ -132,6 +134,13 @@ def test_a_fat_library_points_at_its_slices() -> None:
     assert struct.unpack_from(">II", both) == (0xCAFEBABE, 2)
     assert [both[offset : offset + size] for _, _, offset, size, _ in heads] == slices
     assert [(cpu, offset % 2**align) for cpu, _, offset, _, align in heads] == [(7, 0), (12, 0)]
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="names of Linux")
+def test_the_host_has_a_folder_in_both_versions(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(platform, "machine", lambda: "x86_64")
+
+    assert native.host_folders() == (("linux64", ".so"), ("x86_64-linux", ".so"))
 
 
 @needs_zig
