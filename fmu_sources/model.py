@@ -47,6 +47,16 @@ class Slot:
 
 
 @dataclass(frozen=True)
+class Terminal:
+    """Variables that are plugged in together: member name to variable name (FMI 3.0 terminals)."""
+
+    name: str
+    kind: str
+    description: str
+    members: Mapping[str, str]
+
+
+@dataclass(frozen=True)
 class Delay:
     """
     A delay that a model adds between an input and its outputs, for the master's delay ledger.
@@ -86,6 +96,7 @@ class Model:
     variables: ClassVar[tuple[Variable, ...]]
     slots: ClassVar[tuple[Slot, ...]] = ()
     delays: ClassVar[tuple[Delay, ...]] = ()
+    terminals: ClassVar[tuple[Terminal, ...]] = ()
     fault_texts: ClassVar[tuple[Fault, ...]] = ()
     sample_time: ClassVar[str | None] = None
     input_hold: ClassVar[str | None] = None

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from fmu_sources import registry
 from fmu_sources.export import build
+from fmu_sources.export.native import NativeBuildError
 
 from .errors import ConfigError, expected
 
@@ -42,12 +43,26 @@ def locate(source: str, folder: Path, flavour: str) -> Path | build.Target:
 
 
 def build_stale(targets: Iterable[Path | build.Target], progress: Progress) -> None:
-    """Build each target once that is missing or older than its sources."""
+    """
+    Build each target once that is missing or older than its sources.
+
+    Raises:
+        ConfigError: If that needs tools that are not installed.
+    """
     unique = {t.path: t for t in targets if isinstance(t, build.Target)}
     for target in unique.values():
         if not target.is_current():
             progress(target.model)
-            build.build(target)
+            _build(target)
+
+
+def _build(target: build.Target) -> None:
+    try:
+        build.build(target)
+    except NativeBuildError as error:
+        raise ConfigError(
+            [f"{target.model}.fmu: missing or older than its sources; {error}; or take --flavour python"]
+        ) from None
 
 
 def file_of(target: Path | build.Target) -> Path:

@@ -27,7 +27,7 @@ class Request:
     variant: str | None = None
     assignments: tuple[str, ...] = ()
     stop_time: float | None = None
-    flavour: str = "python"
+    flavour: str = "native"
 
 
 @dataclass(frozen=True)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Callable
 from functools import lru_cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,6 +18,7 @@ from .value_types import FLOAT64, LARGEST_SIZE, pack, unpack
 
 DONE, FAILED, OUT_OF_LIMITS = 0, 1, 2
 WARNING = 1
+_COMPILED = ("stepping", "calls", "program", "value_types")
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -103,4 +106,13 @@ def compiled() -> Callable[..., tuple[int, int, int, int]]:
     """Give `execute` as numba-compiled code, kept on disk between processes."""
     from numba import njit
 
-    return njit(cache=True)(execute)
+    dispatcher = njit(cache=True)(execute)
+    # numba looks at this file alone and would load old code where only a function it calls has changed
+    dispatcher._cache._cache_file._source_stamp = _stamp()
+    return dispatcher
+
+
+def _stamp() -> str:
+    folder = Path(__file__).parent
+    texts = [(folder / f"{name}.py").read_bytes() for name in _COMPILED]
+    return hashlib.sha256(b"".join(texts)).hexdigest()

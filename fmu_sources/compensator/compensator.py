@@ -27,7 +27,7 @@ from __future__ import annotations
 from typing import Any
 
 from ..arithmetic import Arithmetic
-from ..model import Delay, Model, Slot, SlotFunction, Values, no_effect
+from ..model import Delay, Model, Slot, SlotFunction, Terminal, Values, no_effect
 from ..variables import declare
 from . import kalman, rls
 from .contact_force import correction
@@ -47,6 +47,26 @@ class Compensator(Model):
     slots = (
         Slot("force_correction", "N", "Contact force correction", {"ds": "m", "f_lead": "N"}),
         Slot("command", "m", "Command to the motion simulator", {"s_des": "m"}),
+    )
+    terminals = (
+        Terminal(
+            "spacecraft",
+            "dynamics",
+            "Plug of the dynamics model",
+            {"force": "f_des", "displacement": "s_des"},
+        ),
+        Terminal(
+            "motion_simulator",
+            "motion",
+            "Plug of the motion simulator",
+            {"command": "s_cmd", "displacement": "s_act"},
+        ),
+        Terminal(
+            "docking",
+            "contact",
+            "Plug of the measured docking mechanism",
+            {"force": "f_mea", "travel": "x"},
+        ),
     )
     delays = (
         Delay(input="f_mea", kind="lag", seconds="fmdc_filter", reason="filter pole of the force lead"),

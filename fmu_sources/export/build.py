@@ -1,4 +1,11 @@
-"""FMUs from sources: what is missing or stale is built, the rest is left as it is."""
+"""
+FMUs from sources: what is missing or stale is built, the rest is left as it is.
+
+    fmus/<model>.fmu          native, FMI 2.0, all platforms: the release, committed
+    fmus/fmi3/<model>.fmu     native, FMI 3.0, likewise
+    fmus/local/...            native, for this machine alone, where the release is older than the sources
+    fmus/python/<model>.fmu   Python flavour
+"""
 
 from __future__ import annotations
 
@@ -8,14 +15,17 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ..registry import ROOT, load, model_files
+from .native_flavour import host_binaries, native_sources, native_token, pack_native
 from .python_flavour import build_python, python_sources, python_token
 
 FMU_FOLDER = ROOT.parent / "fmus"
+FLAVOURS = ("native", "python", "fmi3")
+_VERSION = {"native": "2.0", "fmi3": "3.0"}
 
 
 @dataclass(frozen=True)
 class Target:
-    """One FMU to be: the model, its flavour and where the file stands."""
+    """One FMU to be: the model, its flavour, where the file stands, and the token of the present sources."""
 
     model: str
     flavour: str
@@ -37,18 +47,39 @@ def token_of(path: Path) -> str:
     return root.get("guid") or root.get("instantiationToken") or ""
 
 
-def target(name: str, flavour: str = "python", folder: Path = FMU_FOLDER) -> Target:
+def release_path(name: str, flavour: str, folder: Path = FMU_FOLDER) -> Path:
+    """Place of a native FMU of the release."""
+    return folder / f"{name}.fmu" if flavour == "native" else folder / "fmi3" / f"{name}.fmu"
+
+
+def target(name: str, flavour: str = "native", folder: Path = FMU_FOLDER) -> Target:
     """Name the FMU of a model; KeyError if there is no such model or flavour."""
-    file = model_files()[name]
-    path = {"python": folder / "python" / f"{name}.fmu"}[flavour]
-    return Target(name, flavour, path, python_token(load(name), python_sources(file)))
+    file, model = model_files()[name], load(name)
+    if flavour == "python":
+        path = folder / "python" / f"{name}.fmu"
+        return Target(name, flavour, path, python_token(model, python_sources(file)))
+    token = native_token(model, file)
+    released = Target(name, flavour, release_path(name, flavour, folder), token)
+    if released.is_current():
+        return released
+    return Target(name, flavour, release_path(name, flavour, folder / "local"), token)
 
 
 def build(wanted: Target) -> Path:
-    """Build the FMU and put it in its place in one move."""
-    content = build_python(load(wanted.model), model_files()[wanted.model])
-    wanted.path.parent.mkdir(parents=True, exist_ok=True)
-    partial = wanted.path.with_suffix(".partial")
-    partial.write_bytes(content)
-    partial.replace(wanted.path)
+    """Build the FMU for this machine and put it in its place in one move."""
+    model, file = load(wanted.model), model_files()[wanted.model]
+    if wanted.flavour == "python":
+        content = build_python(model, file)
+    else:
+        sources = native_sources(model, file)
+        content = pack_native(sources, host_binaries(sources), _VERSION[wanted.flavour])
+    write(wanted.path, content)
     return wanted.path
+
+
+def write(path: Path, content: bytes) -> None:
+    """Write a file in one move, so that no reader sees half of it."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    partial = path.with_suffix(".partial")
+    partial.write_bytes(content)
+    partial.replace(path)

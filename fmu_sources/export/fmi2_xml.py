@@ -27,8 +27,8 @@ from .facts import (
 )
 
 
-def describe_fmi2(model: Model, flavour: Flavour, token: str) -> bytes:
-    """Write modelDescription.xml of FMI 2.0; `token` is the GUID."""
+def describe_fmi2(model: Model, flavour: Flavour, token: str, c_files: tuple[str, ...] = ()) -> bytes:
+    """Write modelDescription.xml of FMI 2.0; `token` is the GUID, `c_files` stand in `sources/`."""
     root = ET.Element(
         "fmiModelDescription",
         fmiVersion="2.0",
@@ -41,7 +41,7 @@ def describe_fmi2(model: Model, flavour: Flavour, token: str) -> bytes:
         variableNamingConvention="structured",
         numberOfEventIndicators="0",
     )
-    _co_simulation(root, model, flavour)
+    _co_simulation(root, model, flavour, c_files)
     add_unit_definitions(root, model)
     _type_definitions(root, model)
     add_log_categories(root)
@@ -53,8 +53,8 @@ def describe_fmi2(model: Model, flavour: Flavour, token: str) -> bytes:
     return document(root)
 
 
-def _co_simulation(root: ET.Element, model: Model, flavour: Flavour) -> None:
-    ET.SubElement(
+def _co_simulation(root: ET.Element, model: Model, flavour: Flavour, c_files: tuple[str, ...]) -> None:
+    element = ET.SubElement(
         root,
         "CoSimulation",
         modelIdentifier=model.name,
@@ -67,6 +67,10 @@ def _co_simulation(root: ET.Element, model: Model, flavour: Flavour) -> None:
         canSerializeFMUstate="true",
         providesDirectionalDerivative=str(flavour.directional_derivatives).lower(),
     )
+    if c_files:
+        sources = ET.SubElement(element, "SourceFiles")
+        for name in c_files:
+            ET.SubElement(sources, "File", name=name)
 
 
 def _type_definitions(root: ET.Element, model: Model) -> None:

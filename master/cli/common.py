@@ -12,6 +12,8 @@ from typing import Any
 import click
 from rich.console import Console
 
+from fmu_sources.export import build
+
 from ..errors import ConfigError, MasterError
 
 CONFIG = click.argument("config", type=click.Path(path_type=Path))
@@ -22,10 +24,10 @@ SET = click.option(
 )
 FLAVOUR = click.option(
     "--flavour",
-    type=click.Choice(["python"]),
-    default="python",
+    type=click.Choice(build.FLAVOURS),
+    default="native",
     show_default=True,
-    help="Kind of FMU to run.",
+    help="Kind of FMU: native (FMI 2.0), fmi3 (native, FMI 3.0) or python.",
 )
 
 STDERR = Console(stderr=True, highlight=False, soft_wrap=True)

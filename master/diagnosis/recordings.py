@@ -20,7 +20,7 @@ CLOCK_TOLERANCE = 1e-3
 
 @dataclass(frozen=True)
 class Column:
-    """How a column becomes a signal: signal = sign * scale * column, converted from `unit` to SI, minus `offset` [SI]."""
+    """How a column becomes a signal: sign * scale * column, from `unit` to SI, minus `offset` [SI]."""
 
     column: str
     unit: str
@@ -85,11 +85,7 @@ def read(
     table, rules = read_table(path, array), rules or Rules()
     where = f"{table.path}" if array is None else f"{table.path}[{array}]"
     wanted = {"time": time, **columns}
-    problems = [*table.faults, *_missing(table, wanted, where), *_units(wanted, where)]
-    if problems and not table.faults:
-        raise DataError("\n".join(problems))
-    known = {name: c for name, c in wanted.items() if c.column in table.columns}
-    problems += _cells(table, known, where)
+    problems = [*_missing(table, wanted, where), *_units(wanted, where), *_cells(table, wanted, where)]
     if problems:
         raise DataError("\n".join(problems))
     signals = {name: _signal(table.columns[c.column], c) for name, c in wanted.items()}
@@ -128,17 +124,19 @@ def _units(wanted: Mapping[str, Column], where: str) -> list[str]:
 
 
 def _cells(table: Table, wanted: Mapping[str, Column], where: str) -> list[str]:
-    lengths = {c.column: len(table.columns[c.column]) for c in wanted.values()}
-    problems = []
+    names = [c.column for c in wanted.values() if c.column in table.columns]
+    lengths = {name: len(table.columns[name]) for name in names}
+    problems = list(table.faults.get("", []))
     if len(set(lengths.values())) > 1:
         problems.append(f"{where}: columns have different lengths: {lengths}")
-    if table.faults:
-        return problems
     for column in lengths:
+        if column in table.faults or "" in table.faults:
+            problems += table.faults.get(column, [])
+            continue
         values = table.columns[column]
         bad = np.flatnonzero(~np.isfinite(values))
         found = [
-            f"{where}: row {i + table.first_row}, column {column!r}: got {values[i]}, expected a finite number"
+            f"{where}: row {i + table.first_row}, column {column!r}: got {values[i]}, expected a number"
             for i in bad
         ]
         problems += shortened(found, f"in column {column!r}")
@@ -201,8 +199,8 @@ def _rate_faults(t: Array, signals: Mapping[str, Array], rules: Rules, where: st
         scale = _slope(integral, way)
         if not 0.5 < scale < 2.0:
             problems.append(
-                f"{where}: {rate} is not the rate of {name}: its integral is {scale:.3g} of the way, expected "
-                "about 1 (wrong unit, scale or sign?)"
+                f"{where}: {rate} is not the rate of {name}: its integral is {scale:.3g} of the way, "
+                "expected about 1 (wrong unit, scale or sign?)"
             )
     return problems
 

@@ -1,13 +1,13 @@
 """
 Tests on a residual: is there anything left that hangs on the signals?
 
-Whiteness (Ljung-Box) is reported and decides nothing: the residual of an output-error fit is coloured without any
-missing effect. What decides is the cross-correlation of the whitened residual with signals that went through the
-same filter, with the family-wise error of all bases and lags kept at alpha (Holm).
+Whiteness (Ljung-Box) is reported and decides nothing: the residual of an output-error fit is coloured
+without any missing effect. What decides is the cross-correlation of the whitened residual with signals that
+went through the same filter, with the family-wise error of all bases and lags kept at alpha (Holm).
 
-Sources: Box, Jenkins, Reinsel, Time Series Analysis (2008), Sec. 12.1 (prewhitening); Billings, Zhu, Int. J. Control
-60 (1994) 1107 (non-linear correlation tests); Holm, Scand. J. Stat. 6 (1979) 65; Ljung, Box, Biometrika 65 (1978)
-297; Politis, Romano, J. Am. Stat. Assoc. 89 (1994) 1303 (bootstrap in blocks).
+Sources: Box, Jenkins, Reinsel, Time Series Analysis (2008), Sec. 12.1 (prewhitening); Billings, Zhu, Int.
+J. Control 60 (1994) 1107 (non-linear correlation tests); Holm, Scand. J. Stat. 6 (1979) 65; Ljung, Box,
+Biometrika 65 (1978) 297; Politis, Romano, J. Am. Stat. Assoc. 89 (1994) 1303 (bootstrap in blocks).
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ def whitening(residual: Array, order: int = ORDER) -> Array:
 
 
 def filtered(values: Array, coefficients: Array) -> Array:
-    """Pass values, less their mean, through a whitening filter; the first rows, where it fills, are left out."""
+    """Pass values, less their mean, through a whitening filter; rows while it fills are left out."""
     whole = signal.lfilter(coefficients, [1.0], values - values.mean())
     return np.asarray(whole[len(coefficients) - 1 :])
 

@@ -1,4 +1,4 @@
-"""Tables of numbers from CSV, MAT, NPZ and Parquet files: column name to array, with the faults of the file."""
+"""Tables of numbers from CSV, MAT, NPZ and Parquet files, with the faults of the file."""
 
 from __future__ import annotations
 
@@ -21,13 +21,14 @@ class Table:
     """
     Columns of a file.
 
-    `columns` have the lengths that the file gives, `first_row` is the number that people see for row 0 (2 in a CSV
-    with a header), `faults` are the cells that are no numbers.
+    `columns` have the lengths that the file gives, `first_row` is the number that people see for row 0 (2
+    in a CSV with a header), `faults` are the cells that are no numbers, by column; "" are faults of whole
+    rows.
     """
 
     def __init__(self, path: Path, columns: Mapping[str, Array], first_row: int = 0) -> None:
         self.path, self.columns, self.first_row = path, dict(columns), first_row
-        self.faults: list[str] = []
+        self.faults: dict[str, list[str]] = {}
 
 
 def read_table(path: str | Path, name: str | None = None) -> Table:
@@ -54,22 +55,24 @@ def read_table(path: str | Path, name: str | None = None) -> Table:
 
 def _csv(path: Path, _: str | None) -> Table:
     with path.open(newline="", encoding="utf-8") as file:
-        rows = list(csv.reader(line for line in file if not line.startswith("#")))
+        rows = list(csv.reader(file))
     if not rows:
         raise ValueError("the file is empty, expected a header")
     header, body = [cell.strip() for cell in rows[0]], rows[1:]
-    faults: list[str] = []
+    faults: dict[str, list[str]] = {}
     values = np.full((len(body), len(header)), math.nan)
     for i, row in enumerate(body):
         if len(row) != len(header):
-            faults.append(f"{path}: row {i + 2}: got {len(row)} cells, expected {len(header)}")
+            text = f"{path}: row {i + 2}: got {len(row)} cells, expected {len(header)}"
+            faults.setdefault("", []).append(text)
         for j, cell in enumerate(row[: len(header)]):
             try:
                 values[i, j] = float(cell)
             except ValueError:
-                faults.append(f"{path}: row {i + 2}, column {header[j]!r}: got {cell!r}, expected a number")
+                text = f"{path}: row {i + 2}, column {header[j]!r}: got {cell!r}, expected a number"
+                faults.setdefault(header[j], []).append(text)
     table = Table(path, {name: values[:, j] for j, name in enumerate(header)}, first_row=2)
-    table.faults = shortened(faults, "faults of this kind")
+    table.faults = {name: shortened(found, "in this column") for name, found in faults.items()}
     return table
 
 

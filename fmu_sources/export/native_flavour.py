@@ -1,0 +1,78 @@
+"""The native flavour: a model as an FMU of FMI 2.0 or 3.0 that needs nothing in the host."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from ..model import Model
+from ..registry import ROOT, source_files
+from . import native
+from .archive import pack
+from .documentation import documentation_files
+from .facts import Flavour, guid
+from .fmi2_xml import describe_fmi2
+from .fmi3_xml import describe_fmi3
+from .terminals import terminal_files
+
+NATIVE = Flavour("native flavour", needs_execution_tool=False, directional_derivatives=True)
+FMI_VERSIONS = ("2.0", "3.0")
+
+_EXPORT = Path(__file__).parent
+
+
+@dataclass(frozen=True)
+class NativeSources:
+    """All that a native FMU is made of, before compilation: the same for both FMI versions."""
+
+    model: Model
+    token: str
+    files: Mapping[str, bytes] = field(repr=False)
+
+
+def native_token(model: Model, model_file: Path) -> str:
+    """Compute the GUID from all sources that the FMU is generated from, without generating it."""
+    generator = [
+        p for p in _EXPORT.rglob("*") if p.suffix in (".py", ".c", ".h") and p.name not in _NOT_NATIVE
+    ]
+    used = sorted({*source_files(model_file), *generator})
+    contents = [part for p in used for part in (p.relative_to(ROOT).as_posix().encode(), p.read_bytes())]
+    return guid(describe_fmi2(model, NATIVE, ""), *contents)
+
+
+_NOT_NATIVE = {"python_flavour.py", "python_slave.py", "build.py", "release.py"}
+
+
+def native_sources(model: Model, model_file: Path) -> NativeSources:
+    """Generate the C files of a model."""
+    token = native_token(model, model_file)
+    return NativeSources(model, token, native.generate(model, token))
+
+
+def host_binaries(sources: NativeSources) -> dict[str, bytes]:
+    """Compile for this machine alone: path in the FMU to library."""
+    name = sources.model.name
+    library = native.compile_host(sources.files, name)
+    return {f"binaries/{folder}/{name}{ending}": library for folder, ending in native.host_folders()}
+
+
+def release_binaries(sources: NativeSources) -> dict[str, bytes]:
+    """Compile for every platform."""
+    return native.compile_release(sources.files, sources.model.name)
+
+
+def pack_native(sources: NativeSources, binaries: Mapping[str, bytes], fmi_version: str) -> bytes:
+    """Put an FMU of one FMI version together."""
+    model = sources.model
+    contents = {f"sources/{name}": content for name, content in sources.files.items()}
+    contents |= native.of_version(binaries, fmi_version)
+    contents |= documentation_files(model)
+    if fmi_version == "2.0":
+        c_files = tuple(native.c_files(sources.files))
+        contents["modelDescription.xml"] = describe_fmi2(model, NATIVE, sources.token, c_files)
+    else:
+        contents["modelDescription.xml"] = describe_fmi3(model, NATIVE, sources.token)
+        contents["sources/buildDescription.xml"] = native.build_description(sources.files, model.name)
+        contents |= terminal_files(model)
+    return pack(contents)
