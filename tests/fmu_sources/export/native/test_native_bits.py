@@ -112,7 +112,7 @@ def test_native_equals_python_bit_for_bit_over_10000_steps(library: Library, nam
     compared = 0
     seed = 0
     while compared < 10_000 and seed < 200:
-        compared += run_beside(Fmu2(library(load(name)), load(name)), 10_000 - compared, seed)
+        compared += run_beside(Fmu2(library(load(name)), load(name)), min(1000, 10_000 - compared), seed)
         seed += 1
 
     assert compared == 10_000
