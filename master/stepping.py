@@ -108,7 +108,7 @@ def compiled() -> Callable[..., tuple[int, int, int, int]]:
 
     dispatcher = njit(cache=True)(execute)
     # numba looks at this file alone and would load old code where only a function it calls has changed
-    dispatcher._cache._cache_file._source_stamp = _stamp()
+    dispatcher._cache._cache_file._source_stamp = _stamp()  # type: ignore[attr-defined]
     return dispatcher
 
 
