@@ -19,9 +19,9 @@ import numpy as np
 
 from .tables import Array
 
-N_FEATURES, MOST_ROWS = 400, 6000
-LENGTH_SCALES = (0.7, 1.5, 3.0, 6.0)
-RIDGES = (1e-4, 1e-2, 1.0)
+N_FEATURES, MOST_ROWS = 200, 3000
+LENGTH_SCALES = (0.7, 2.0, 6.0)
+RIDGES = (1e-3, 1e-1, 10.0)
 GUARD = 200
 
 
@@ -84,7 +84,8 @@ def ceiling(
     for i, block in enumerate(blocks):
         scale, ridge = _chosen(residual, maps, [b for j, b in enumerate(blocks) if j != i], guard, block)
         rows = _rows(len(residual), [block], guard)
-        explained[block] = maps[scale][block] @ _weights(maps[scale][rows], residual[rows], ridge)
+        weights = _weights(maps[scale][rows], residual[rows], [ridge])[0]
+        explained[block] = maps[scale][block] @ weights
         shares.append(1.0 - np.sum((residual[block] - explained[block]) ** 2) / np.sum(residual[block] ** 2))
     by_block = np.array(shares)
     error = float(by_block.std(ddof=1) / np.sqrt(len(by_block))) if len(by_block) > 1 else np.inf
@@ -99,8 +100,9 @@ def _chosen(
     rows = _rows(len(residual), [block, inner], guard)
     best, chosen = np.inf, (LENGTH_SCALES[-1], RIDGES[-1])
     for scale, features in maps.items():
-        for ridge in RIDGES:
-            left = residual[inner] - features[inner] @ _weights(features[rows], residual[rows], ridge)
+        found = _weights(features[rows], residual[rows], RIDGES)
+        for ridge, weights in zip(RIDGES, found, strict=True):
+            left = residual[inner] - features[inner] @ weights
             power = float(left @ left)
             if power < best:
                 best, chosen = power, (scale, ridge)
@@ -121,6 +123,8 @@ def _map(features: Array, directions: Array, phases: Array) -> Array:
     return np.column_stack([smooth * np.sqrt(2.0 / len(phases)), features, np.ones(len(features))])
 
 
-def _weights(features: Array, residual: Array, ridge: float) -> Array:
-    gram = features.T @ features
-    return np.asarray(np.linalg.solve(gram + ridge * np.eye(len(gram)), features.T @ residual))
+def _weights(features: Array, residual: Array, ridges: Sequence[float]) -> list[Array]:
+    """Solutions of the normal equations for several ridges, from one decomposition."""
+    values, vectors = np.linalg.eigh(features.T @ features)
+    target = vectors.T @ (features.T @ residual)
+    return [np.asarray(vectors @ (target / (np.maximum(values, 0.0) + ridge))) for ridge in ridges]

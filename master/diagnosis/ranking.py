@@ -1,11 +1,12 @@
 """
 Which effect explains the residual: gain on held-out blocks with its standard error, forward, at most three.
 
-    gain of block i = (power of the base's residual - power of the candidate's) / mean power of the base's
+    gain of block i = log(power of the base's residual / power of the candidate's)
 
-A candidate is accepted if its mean gain is above 1 % and above two standard errors. Those whose gain cannot
-be told from the best one's, block by block, form its family; if it has more than one member the data do not
-name the effect.
+About the share of the residual power that the candidate takes away, where that is small; every block counts
+alike, whatever its amplitude. A candidate is accepted if its mean gain is above 1 % and above two standard
+errors. Those whose gain cannot be told from the best one's, block by block, form its family; if it has more
+than one member the data do not name the effect.
 """
 
 from __future__ import annotations
@@ -25,12 +26,13 @@ GUARD = 200
 
 @dataclass(frozen=True)
 class Gain:
-    """Share of the base's held-out residual power that a fit takes away."""
+    """Gain of a fit over the base; `share` is what it takes away of the whole held-out residual power."""
 
     fit: Fit
     mean: float
     error: float
     by_block: Array
+    share: float
 
     @property
     def is_accepted(self) -> bool:
@@ -64,9 +66,9 @@ def gain(candidate: Fit, base: Array, own: Array) -> Gain:
         base: Power of the base's residual in each block, shape (blocks,).
         own: Power of the candidate's.
     """
-    by_block = (base - own) / base.mean()
+    by_block = np.log(base / own)
     error = float(by_block.std(ddof=1) / np.sqrt(len(by_block))) if len(by_block) > 1 else np.inf
-    return Gain(candidate, float(by_block.mean()), error, by_block)
+    return Gain(candidate, float(by_block.mean()), error, by_block, 1.0 - float(own.sum() / base.sum()))
 
 
 def family(ranked: Sequence[Gain]) -> tuple[str, ...]:

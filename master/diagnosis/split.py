@@ -96,7 +96,7 @@ def by_blocks(lengths: Mapping[str, int], pattern: Sequence[str], guard: int) ->
     for name, n in lengths.items():
         for use, begin, end in _joined(pattern, n):
             inner = Stretch(name, begin + (guard if begin else 0), end)
-            if len(inner) <= guard:
+            if inner.end - inner.begin <= guard:
                 problems.append(
                     f"split: block {begin}..{end} of {name!r} is too short for a guard of {guard} rows"
                 )

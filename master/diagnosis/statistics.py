@@ -142,12 +142,11 @@ def block_bootstrap(
 
 
 def correlation_length(values: Array, fewest: int = 10) -> int:
-    """Samples after which the autocorrelation stays below 2/sqrt(n): a length for blocks."""
+    """Ten times the first lag at which the autocorrelation is below 1/e [samples]: a length for blocks."""
     e, n = _standard(values), len(values)
-    spectrum = np.abs(np.fft.rfft(e, 2 * n)) ** 2
-    r = np.fft.irfft(spectrum)[: n // 4] / n
-    above = np.flatnonzero(np.abs(r) > 2.0 / np.sqrt(n) + 0.05)
-    return int(max(fewest, 2 * (above[-1] + 1))) if len(above) else fewest
+    r = np.fft.irfft(np.abs(np.fft.rfft(e, 2 * n)) ** 2)[:n] / n
+    below = np.flatnonzero(r < np.exp(-1.0))
+    return int(max(fewest, 10 * below[0])) if len(below) else n
 
 
 def _without(x: Array, taken: list[Array]) -> Array:

@@ -1,15 +1,11 @@
 from __future__ import annotations
 
-import os
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from fmu_sources.integrate import runge_kutta_4
-
-PROJECT = Path(__file__).parents[3]
 
 
 class NumpyArithmetic:
@@ -18,18 +14,6 @@ class NumpyArithmetic:
     pi = np.pi
     sqrt, exp, log, sin, cos, tan, tanh = np.sqrt, np.exp, np.log, np.sin, np.cos, np.tan, np.tanh
     floor, fabs, where, both = np.floor, np.fabs, np.where, np.logical_and
-
-
-@pytest.fixture(scope="session")
-def data():
-    """Directory of the measured data; its absence fails where it is required."""
-    folder = Path(os.environ.get("DOCKLOOP_DATA", PROJECT.parent / "shared" / "data"))
-    if not folder.is_dir():
-        message = f"DOCKLOOP_DATA: no such folder, got {folder}, expected the measured data"
-        if os.environ.get("DOCKLOOP_REQUIRE_DATA") or os.environ.get("CI"):
-            pytest.fail(message)
-        pytest.skip(message)
-    return folder
 
 
 @pytest.fixture(scope="session")
