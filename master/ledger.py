@@ -142,14 +142,15 @@ def _loops(system: System, entries: tuple[Entry, ...]) -> Iterator[Loop]:
     Every closed path over connections, each once, from its first connection in the file's order.
 
     A path goes on from an input to those outputs of its FMU that the input reaches; it may pass an FMU
-    again by other ports, as the force loop passes the compensator with the force and with the command.
+    again by another output, as the force loop passes the compensator with the force and with the command,
+    but no signal twice.
     """
     follows = {
         i: [j for j, next_wire in enumerate(system.wires) if _follows(system, wire, next_wire)]
         for i, wire in enumerate(system.wires)
     }
     for start in range(len(entries)):
-        for path in _closed(follows, start, (start,)):
+        for path in _closed(entries, follows, start, (start,)):
             yield Loop(tuple(entries[i] for i in path))
 
 
@@ -162,10 +163,11 @@ def _follows(system: System, wire: Wire, next_wire: Wire) -> bool:
 
 
 def _closed(
-    follows: Mapping[int, Sequence[int]], start: int, path: tuple[int, ...]
+    entries: Sequence[Entry], follows: Mapping[int, Sequence[int]], start: int, path: tuple[int, ...]
 ) -> Iterator[tuple[int, ...]]:
+    passed = {entries[i].source for i in path}
     for i in follows[path[-1]]:
         if i == start:
             yield path
-        elif i > start and i not in path:
-            yield from _closed(follows, start, (*path, i))
+        elif i > start and entries[i].source not in passed:
+            yield from _closed(entries, follows, start, (*path, i))

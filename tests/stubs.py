@@ -70,6 +70,7 @@ class Block:
     law: Law
     variables: tuple[Variable, ...]
     feedthrough: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    influences: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     delays: tuple[DeclaredDelay, ...] = ()
     version: int = 2
 
@@ -85,6 +86,7 @@ class Block:
             delays=self.delays,
             can_get_and_set_state=True,
             feedthrough=self.feedthrough,
+            influences=self.influences,
         )
 
 
