@@ -7,9 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from yaml import YAMLError
+
 from . import catalogue
 from .config import Config, LoadedConfig, Value, load_config, with_stop_time
-from .description import read_description
+from .description import Description, read_description
 from .errors import ConfigError, expected
 from .graph import System, build_system
 from .ledger import Ledger, make_ledger
@@ -76,8 +78,7 @@ def prepare(
         loaded = LoadedConfig(config=config, document=loaded.document)
     overrides = _overrides(loaded, request)
     files = _fmu_files(loaded, request.flavour, progress)
-    descriptions = {name: read_description(file) for name, file in files.items()}
-    system = build_system(loaded, descriptions, overrides)
+    system = build_system(loaded, _descriptions(loaded, files), overrides)
     order = loaded.config.coupling.order
     schedule = make_schedule(system, order, loaded.where("coupling", "order"))
     return Experiment(loaded.config, request.variant, system, schedule)
@@ -93,7 +94,7 @@ def _overrides(loaded: LoadedConfig, request: Request) -> dict[str, tuple[str, V
     problems = []
     for assignment in request.assignments:
         signal, equals, text = assignment.partition("=")
-        given: Any = parse_value(text) if equals else None
+        given = _value(text) if equals else None
         if "." in signal and isinstance(given, bool | int | float | str):
             found[signal] = (f"--set {signal}", given)
         else:
@@ -101,6 +102,13 @@ def _overrides(loaded: LoadedConfig, request: Request) -> dict[str, tuple[str, V
     if problems:
         raise ConfigError(problems)
     return found
+
+
+def _value(text: str) -> Any:
+    try:
+        return parse_value(text)
+    except YAMLError:
+        return None
 
 
 def _variant(loaded: LoadedConfig, name: str) -> Mapping[str, Mapping[str, Value]]:
@@ -123,3 +131,17 @@ def _fmu_files(loaded: LoadedConfig, flavour: str, progress: catalogue.Progress)
         raise ConfigError(problems)
     catalogue.build_stale(targets.values(), progress)
     return {name: catalogue.file_of(target) for name, target in targets.items()}
+
+
+def _descriptions(loaded: LoadedConfig, files: Mapping[str, Path]) -> dict[str, Description]:
+    problems: list[str] = []
+    found = {}
+    for name, file in files.items():
+        try:
+            found[name] = read_description(file)
+        except ConfigError as error:
+            where = loaded.where("fmus", name, "source")
+            problems += [f"{where}: {problem}" for problem in error.problems]
+    if problems:
+        raise ConfigError(problems)
+    return found

@@ -1,0 +1,145 @@
+import pytest
+
+from master.experiment import Request, prepare
+
+TEXT = """\
+name: test
+step_size: 0.5
+stop_time: 4.0
+fmus:
+  clock: {source: clock.fmu}
+  mass: {source: integrator.fmu, parameters: {size: 1.0}}
+connections:
+  - {from: clock.t, to: mass.u}
+variants:
+  big: {mass: {size: 5, label: big}}
+  wrong: {mass: {size: 50}, moon: {size: 1}}
+compare: {signal: mass.x, offset: 0.01}
+limits:
+  clock.t: 3.0
+"""
+
+
+def start_of(bay, **request):
+    return prepare(bay.write(TEXT), Request(**request)).system.instances["mass"].start
+
+
+def test_a_system_is_made_of_its_file(bay):
+    experiment = prepare(bay.write(TEXT))
+
+    assert list(experiment.system.instances) == ["clock", "mass"]
+    assert experiment.schedule.groups == (("clock",), ("mass",))
+    assert (experiment.grid.t0, experiment.grid.step_size, experiment.grid.n_ticks) == (0.0, 0.5, 8)
+    assert [e.least for e in experiment.ledger.entries] == [0]
+
+
+def test_a_compared_motion_is_limited_to_100_offsets_beside_the_own_limits(bay):
+    assert prepare(bay.write(TEXT)).limits == {"mass.x": 1.0, "clock.t": 3.0}
+
+
+def test_a_variant_stands_above_the_file_and_an_assignment_above_the_variant(bay):
+    assert start_of(bay) == {"size": 1.0}
+    assert start_of(bay, variant="big") == {"size": 5.0, "label": "big"}
+    assert start_of(bay, variant="big", assignments=("mass.size=7",))["size"] == 7.0
+
+
+@pytest.mark.parametrize(
+    ("assignment", "key", "value"),
+    [
+        ("choice=second", "choice", 2),
+        ("on=true", "on", 1.0),
+        ("size=1e-3", "size", 0.001),
+        ("count=3", "count", 3.0),
+    ],
+)
+def test_an_assignment_takes_names_numbers_and_truths(bay, assignment, key, value):
+    assert start_of(bay, assignments=(f"mass.{assignment}",))[key] == value
+
+
+def test_another_stop_time_is_taken(bay):
+    assert prepare(bay.write(TEXT), Request(stop_time=1.5)).grid.n_ticks == 3
+
+
+def test_an_unknown_variant_is_answered_with_the_variants(bay):
+    assert bay.faults(TEXT, variant="bigg") == [
+        "--variant: no such variant, got 'bigg', expected 'big' (of big, wrong)"
+    ]
+
+
+def test_a_wrong_value_in_a_variant_is_shown_where_it_stands(bay):
+    assert bay.faults(TEXT, variant="wrong") == [
+        "system.yaml:11: variants.wrong.mass.size: value not allowed, got 50 m, expected at most 10",
+        "system.yaml:11: variants.wrong.moon.size: no such FMU, got 'moon', expected one of clock, mass",
+    ]
+
+
+@pytest.mark.parametrize("text", ["mass.size", "size=3", "mass.size=", "mass.size=[1, 2]", "mass.size=["])
+def test_what_is_not_an_assignment_is_refused(bay, text):
+    assert bay.faults(TEXT, assignments=(text,)) == [
+        f"--set: not an assignment, got {text!r}, expected fmu.parameter=value"
+    ]
+
+
+@pytest.mark.parametrize(
+    ("text", "fault"),
+    [
+        ("moon.size=3", "--set moon.size: no such FMU, got 'moon', expected one of clock, mass"),
+        (
+            "mass.siz=3",
+            "--set mass.siz: no such variable in mass (integrator), got 'siz', "
+            "expected 'size' (of u, x, size, choice, on, count, label)",
+        ),
+        ("mass.size=.nan", "--set mass.size: value not allowed, got nan m, expected a finite number"),
+        ("mass.size=wide", "--set mass.size: value not allowed, got 'wide' m, expected a number"),
+        (
+            "mass.u=3",
+            "--set mass.u: has two sources, got a start value and a connection to mass.u, expected one",
+        ),
+        (
+            "mass.choice=third",
+            "--set mass.choice: value not allowed, got 'third', expected one of first, second",
+        ),
+    ],
+)
+def test_an_assignment_that_does_not_fit_is_refused(bay, text, fault):
+    assert bay.faults(TEXT, assignments=(text,)) == [fault]
+
+
+def test_missing_files_and_files_that_are_no_fmus_come_with_their_lines(bay):
+    (bay.folder / "text.fmu").write_text("no archive", encoding="utf-8")
+    (bay.folder / "word.fmu").write_text("no archive", encoding="utf-8")
+    text = "name: a\nstop_time: 1\nfmus:\n  a: {source: %s}\n  b: {source: %s}\n"
+
+    assert bay.faults(text % ("absent.fmu", "gone.fmu")) == [
+        "system.yaml:4: fmus.a.source: no such file, got 'absent.fmu', expected an FMU at absent.fmu",
+        "system.yaml:5: fmus.b.source: no such file, got 'gone.fmu', expected an FMU at gone.fmu",
+    ]
+    assert bay.faults(text % ("text.fmu", "word.fmu")) == [
+        f"system.yaml:{line}: fmus.{name}.source: {file}.fmu: not an FMU, "
+        "expected a zip archive with modelDescription.xml"
+        for line, name, file in ((4, "a", "text"), (5, "b", "word"))
+    ]
+
+
+def test_an_unknown_model_is_answered_with_the_nearest_one(bay):
+    [fault] = bay.faults("name: a\nstop_time: 1\nfmus:\n  a: {source: spacecraff}\n")
+
+    assert fault.startswith("system.yaml:4: fmus.a.source: no such model, got 'spacecraff', ")
+    assert "expected 'spacecraft' (of " in fault
+    assert fault.endswith("), or a path to an FMU")
+
+
+def test_a_loop_without_an_order_is_refused_where_the_order_would_stand(bay):
+    text = TEXT.replace("from: clock.t", "from: mass.x")
+
+    assert bay.faults(text) == [
+        "system.yaml:1: coupling.order: missing although the system has a loop, got mass -> mass, "
+        "expected the order of stepping"
+    ]
+
+
+def test_a_wrong_order_is_shown_with_its_line(bay):
+    assert bay.faults(TEXT + "coupling:\n  order: [mass, mass]\n") == [
+        "system.yaml:16: coupling.order: stands twice, got 'mass', expected each FMU once",
+        "system.yaml:16: coupling.order: incomplete, got no clock, expected every FMU once",
+    ]
