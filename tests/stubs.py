@@ -42,6 +42,12 @@ _C_TYPES = {
     INT64: ctypes.c_int64,
     BOOLEAN: ctypes.c_bool,
 }
+_TAKEN: dict[Kind, Callable[[Any], Any]] = {
+    Kind.REAL: float,
+    Kind.INTEGER: round,
+    Kind.BOOLEAN: bool,
+    Kind.STRING: str,
+}
 _FMI_2 = {Kind.REAL: FLOAT64, Kind.INTEGER: INT32, Kind.BOOLEAN: INT_BOOLEAN, Kind.STRING: INT32}
 _P, _N = ctypes.c_void_p, ctypes.c_size_t
 _REFERENCES = ctypes.POINTER(ctypes.c_uint32)
@@ -136,7 +142,7 @@ class Stub:
 
     def set(self, variables: Sequence[Variable], values: Sequence[float]) -> None:
         for variable, value in zip(variables, values, strict=True):
-            self.values[variable.name] = float(value)
+            self.values[variable.name] = _TAKEN[variable.kind](value)
 
     def get(self, variables: Sequence[Variable]) -> list[float]:
         self._settle()

@@ -52,6 +52,7 @@ def blocks(interrupt):
     return {
         "clock": clock(),
         "gain": gain(),
+        "adding": replace(gain(), law=lambda t, h, v: {"y": v["u"] + 1.0}),
         "integrator": with_parameters(integrator(METRE)),
         "growing": growing(2.0),
         "failing": failing(3.0, ERROR, "rope torn"),

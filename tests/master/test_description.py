@@ -22,15 +22,19 @@ XML = """<?xml version="1.0" encoding="UTF-8"?>
   <ModelVariables>
     <ScalarVariable name="u" valueReference="0" causality="input" description="pull">
       <Real start="1.5" unit="mm" min="0" max="9" nominal="2"/></ScalarVariable>
-    <ScalarVariable name="T" valueReference="1" causality="input"><Real start="20" unit="degC"/></ScalarVariable>
-    <ScalarVariable name="x" valueReference="2" causality="output"><Real declaredType="Length"/></ScalarVariable>
+    <ScalarVariable name="T" valueReference="1" causality="input">
+      <Real start="20" unit="degC"/></ScalarVariable>
+    <ScalarVariable name="x" valueReference="2" causality="output">
+      <Real declaredType="Length"/></ScalarVariable>
     <ScalarVariable name="y" valueReference="3" causality="output"><Real unit="grade"/></ScalarVariable>
-    <ScalarVariable name="n" valueReference="4" causality="output" variability="discrete"><Integer/></ScalarVariable>
+    <ScalarVariable name="n" valueReference="4" causality="output" variability="discrete">
+      <Integer/></ScalarVariable>
     <ScalarVariable name="on" valueReference="5" causality="parameter" variability="fixed">
       <Boolean start="true"/></ScalarVariable>
     <ScalarVariable name="method" valueReference="6" causality="parameter" variability="fixed">
       <Enumeration declaredType="Method" start="2"/></ScalarVariable>
-    <ScalarVariable name="label" valueReference="7" causality="output" variability="discrete"><String/></ScalarVariable>
+    <ScalarVariable name="label" valueReference="7" causality="output" variability="discrete">
+      <String/></ScalarVariable>
     <ScalarVariable name="time" valueReference="8" causality="independent"><Real/></ScalarVariable>
   </ModelVariables>
   <ModelStructure><Outputs>

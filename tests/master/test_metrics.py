@@ -88,3 +88,11 @@ def test_values_that_are_not_finite_become_none():
 
     assert found["rms_s_des"] is None
     assert set(found) == set(NAMES)
+
+
+def test_a_signal_that_ends_in_nan_has_no_metrics():
+    broken = motion().copy()
+    broken[-1] = np.nan
+    found = compute_metrics(result(s=broken, r=broken, reference=motion()), NAMED)
+
+    assert [n for n in NAMES if found[n] is not None] == ["zeta_reference", "frequency_reference"]

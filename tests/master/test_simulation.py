@@ -15,6 +15,7 @@ from stubs import (
     gain,
     growing,
     integrator,
+    typed,
     variables,
     wire,
 )
@@ -58,6 +59,13 @@ def test_an_algebraic_loop_at_the_start_is_named():
         made.run(1)
     assert "p.y -> q.u" in str(caught.value)
     assert "expected no algebraic loop at the start" in str(caught.value)
+
+
+def test_a_real_settles_in_an_integer_and_a_boolean():
+    wires = [wire("clock.t", "typed.i"), wire("clock.t", "typed.b")]
+    result = bench({"clock": clock(), "typed": typed()}, wires).run(0, t0=0.75).result
+
+    assert (result["typed.i_out"][0], result["typed.b_out"][0]) == (1.0, 1.0)
 
 
 def test_a_start_value_reaches_the_slave():
