@@ -17,7 +17,7 @@ from scipy.optimize import least_squares
 from .tables import Array
 
 Simulate = Callable[[Array], Array]
-FAR = 1e6
+FAR = 1e4
 STEP = 1e-4
 
 
@@ -67,7 +67,7 @@ def fit(
     in_use: Array,
     *,
     size: Array | None = None,
-    evaluations: int = 40,
+    evaluations: int = 15,
 ) -> Fit:
     """
     Fit a candidate to a measurement.
@@ -102,6 +102,11 @@ def fit(
     return problem.result(best.x, np.asarray(best.jac), float(best.cost))
 
 
+def bounded(residual: Array) -> Array:
+    """Replace what a diverged simulation leaves by a large number."""
+    return np.clip(np.nan_to_num(residual, nan=FAR, posinf=FAR, neginf=-FAR), -FAR, FAR)
+
+
 class _Problem:
     """Scaled residual of a candidate."""
 
@@ -128,16 +133,14 @@ class _Problem:
         theta = scaled * self.scale
         left = ((self.candidate.simulate(theta) - self.measured) / self.size)[self.rows].ravel()
         prior = (theta - self.start) / self.spread
-        return np.concatenate(
-            [np.nan_to_num(left, nan=FAR, posinf=FAR, neginf=-FAR), prior[np.isfinite(self.spread)]]
-        )
+        return np.concatenate([bounded(left), prior[np.isfinite(self.spread)]])
 
     def result(self, scaled: Array, jacobian: Array, cost: float) -> Fit:
         theta, names = scaled * self.scale, [p.name for p in self.candidate.parameters]
         n = int(self.rows.sum()) * self.measured.shape[1]
         variance = 2.0 * cost / max(1, n - len(theta))
         covariance = np.linalg.pinv(jacobian.T @ jacobian) * variance
-        deviations = np.sqrt(np.diag(covariance)) * self.scale
+        deviations = np.sqrt(np.maximum(np.diag(covariance), 0.0)) * self.scale
         low, high = self.bounds
         bound = [
             n for n, v, a, b in zip(names, scaled, low, high, strict=True) if v - a < 1e-5 or b - v < 1e-5

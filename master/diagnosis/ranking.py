@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .fitting import Candidate, Fit, fit
+from .fitting import Candidate, Fit, bounded, fit
 from .tables import Array
 
 SMALLEST_GAIN, ERRORS = 0.01, 2.0
@@ -54,7 +54,8 @@ Rows = slice | Array
 
 def powers(residual: Array, blocks: Sequence[slice], size: Array) -> Array:
     """Mean square of a residual (n, outputs) over its size in each block."""
-    return np.array([float(np.mean((residual[block] / size) ** 2)) for block in blocks])
+    kept = [bounded(residual[block] / size) for block in blocks]
+    return np.array([float(np.mean(values**2)) for values in kept])
 
 
 def gain(candidate: Fit, base: Array, own: Array) -> Gain:
@@ -110,7 +111,7 @@ def rank(
     for candidate in candidates:
         on_progress(candidate.name)
         found = fit(candidate, measured, rows, size=size)
-        after = powers(np.nan_to_num(found.predicted - measured, nan=1e6), held_out, size)
+        after = powers(found.predicted - measured, held_out, size)
         gains.append(gain(found, before, after))
     ranked = tuple(sorted(gains, key=lambda g: -g.mean))
     return Step(base, ranked, family(ranked) if ranked and ranked[0].is_accepted else ())
