@@ -67,10 +67,13 @@ class FmuSlave:
         if not failed:
             try:
                 self._fmu.terminate()
-                self._fmu.freeInstance()
+                self._free()
             except Exception as error:  # an FMU that fails at its end has given its results already
                 _logger.warning("%s: %s", self.name, error)
         shutil.rmtree(self._folder, ignore_errors=True)
+
+    def _free(self) -> None:
+        self._fmu.freeInstance()
 
     def _call(self, function: Callable[..., Any], *arguments: Any, **named: Any) -> Any:
         try:

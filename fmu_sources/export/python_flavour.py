@@ -24,17 +24,20 @@ without one. It needs no package beside the interpreter. Use the native flavour 
 _SLAVE = '''\
 """Entry module of this FMU."""
 
+import ctypes
+
 from {package}.export.python_slave import ModelSlave
 from {package}.{module} import MODEL
+
+# PythonFMU runs this text at every instantiation and then gives back a reference to this namespace
+# that it does not own; without one more, the interpreter frees the namespace while it is in use.
+ctypes.pythonapi.Py_IncRef(ctypes.py_object(globals()))
 
 
 class Slave(ModelSlave):
     """FMI slave of the model."""
 
     model = MODEL
-
-    def __init__(self, **kwargs):
-        super().__init__(**kwargs)
 '''
 
 
