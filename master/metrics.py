@@ -10,6 +10,7 @@ The numbers that a run is judged by, as `reference/physics.md` of the project de
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,9 +34,11 @@ NAMES = (
 )
 
 
+@np.errstate(over="ignore")
 def compute_metrics(result: Result, compare: Compare) -> Metrics:
     """Compute all metrics; None where a signal is not given or nothing oscillates."""
     found: Metrics = dict.fromkeys(NAMES)
+    result = _finite_rows(result, compare)
     if len(result.time) < 8:
         return found
     step = float(result.time[1] - result.time[0])
@@ -51,6 +54,14 @@ def compute_metrics(result: Result, compare: Compare) -> Metrics:
         reference = result[compare.reference]
         found |= _against_reference(result, compare, reference, step)
     return {name: _finite(value) for name, value in found.items()}
+
+
+def _finite_rows(result: Result, compare: Compare) -> Result:
+    """Leave out what follows the first value that is not finite: a run that diverged ends with one."""
+    named = [n for n in (compare.signal, compare.reproduced, compare.reference) if n is not None]
+    finite = np.all([np.isfinite(result[n]) for n in named], axis=0)
+    n = len(finite) if finite.all() else int(np.argmin(finite))
+    return replace(result, time=result.time[:n], values=result.values[:n])
 
 
 def _against_reference(result: Result, compare: Compare, reference: Floats, step: float) -> Metrics:

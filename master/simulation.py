@@ -115,8 +115,9 @@ def _initialise(system: System, schedule: Schedule, slaves: Mapping[str, Slave],
     for name, slave in slaves.items():
         slave.enter_initialisation(system.instances[name].start, t0)
     order = [name for group in schedule.groups for name in group]
+    sent: dict[str, float] = {}
     for _ in range(len(order) + 1):
-        moved = [wire for name in order for wire in _pull(system, slaves, name)]
+        moved = [wire for name in order for wire in _pull(system, slaves, name, sent)]
         if not moved:
             break
     else:
@@ -129,15 +130,15 @@ def _initialise(system: System, schedule: Schedule, slaves: Mapping[str, Slave],
         slave.exit_initialisation()
 
 
-def _pull(system: System, slaves: Mapping[str, Slave], name: str) -> list[Wire]:
+def _pull(system: System, slaves: Mapping[str, Slave], name: str, sent: dict[str, float]) -> list[Wire]:
     """Set the inputs of one slave to its sources' present values; give the wires whose value changed."""
     moved = []
     for wire in system.wires_into(name):
         [value] = slaves[wire.source.instance].get([wire.source.variable])
         value = wire.conversion.factor * value + wire.conversion.offset
-        [old] = slaves[name].get([wire.target.variable])
-        if value != old:
+        if value != sent.get(wire.target.name):
             slaves[name].set([wire.target.variable], [value])
+            sent[wire.target.name] = value
             moved.append(wire)
     return moved
 

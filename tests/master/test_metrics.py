@@ -90,9 +90,11 @@ def test_values_that_are_not_finite_become_none():
     assert set(found) == set(NAMES)
 
 
-def test_a_signal_that_ends_in_nan_has_no_metrics():
-    broken = motion().copy()
-    broken[-1] = np.nan
-    found = compute_metrics(result(s=broken, r=broken, reference=motion()), NAMED)
+@pytest.mark.parametrize("n", [4001, 300])
+def test_what_follows_a_value_that_is_not_finite_is_left_out(n):
+    whole = {k: v[:n] for k, v in {"s": motion(), "r": motion(shift=0.1), "reference": motion()}.items()}
+    broken = whole | {"s": np.concatenate([whole["s"][:-2], [np.nan, 0.0]])}
 
-    assert [n for n in NAMES if found[n] is not None] == ["zeta_reference", "frequency_reference"]
+    assert compute_metrics(result(**broken), NAMED) == compute_metrics(
+        result(**{k: v[:-2] for k, v in whole.items()}), NAMED
+    )
