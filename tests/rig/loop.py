@@ -11,7 +11,8 @@ from .plant import N_STATES
 from .solver import advance
 
 S_DES, S_CMD, S_ACT, V_ACT, F_DES, F_MEA = range(6)
-FASTEST_DIVERGENCE = 1.0  # m
+T = 1e-3  # recorded tick, s
+FARTHEST = 1.0  # m
 
 
 @numba.njit(cache=True)
@@ -56,7 +57,7 @@ def sensed(lagged, k, t, e):
 
 
 @numba.njit(cache=True)
-def run(p, believed, e, q, s0, excitation, noise, T):
+def run(p, believed, e, q, s0, excitation, noise):
     """
     Run the loop; rows of s_des, s_cmd, s_act, v_act, f_des, f_mea, shape (n, 6).
 
@@ -68,7 +69,6 @@ def run(p, believed, e, q, s0, excitation, noise, T):
         s0: Initial offset [m].
         excitation: Added to the command [m], shape (n,).
         noise: Standard noise of force, position, velocity, shape (n, 3).
-        T: Recorded tick [s].
     """
     n, tick = len(excitation), T * (1.0 + q.clock_error)
     rows, lagged, commands = np.zeros((n, 6)), np.zeros(n), np.zeros(n)
@@ -99,6 +99,6 @@ def run(p, believed, e, q, s0, excitation, noise, T):
         before = k - int(p.dead_time_ticks + e.simulator_delay)
         command = commands[before] if before >= 0 else s0
         h = advance(k * tick, (k + 1) * tick, y, command, p, e, h)
-        if abs(s_des) > FASTEST_DIVERGENCE:
+        if abs(s_des) > FARTHEST:
             return rows[: k + 1]
     return rows

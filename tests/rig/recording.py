@@ -11,10 +11,10 @@ import pyarrow
 import pyarrow.parquet
 from scipy.signal import chirp, lfilter
 
-from .loop import run
+from .loop import T, run
 from .parts import Effects, Plant, Recorder
 
-T = 1e-3
+NOMINAL = Plant()
 COLUMNS = ("t", "s_des", "s_cmd", "s_act", "v_act", "f_des", "f_mea", "x", "s_exc")
 
 
@@ -52,8 +52,7 @@ def record(
     seed: int = 1,
     duration: float = 10.0,
     s0: float = -5e-3,
-    plant: Plant | None = None,
-    believed: Plant | None = None,
+    plant: Plant | tuple[Plant, Plant] = NOMINAL,
     recorder: Recorder | None = None,
 ) -> Recording:
     """
@@ -65,20 +64,20 @@ def record(
         seed: Of all noise.
         duration: [s]
         s0: Initial offset [m].
-        plant: Parts of the rig.
-        believed: What its compensator believes; the plant if None.
+        plant: Parts of the rig; with a second one, that is what its compensator believes.
         recorder: Imperfections of the recording.
 
     Returns:
         Columns of duration/T rows, fewer if the loop left 1 m.
     """
-    plant, recorder = plant or Plant(), recorder or Recorder()
+    recorder = recorder or Recorder()
+    true, believed = (plant, plant) if isinstance(plant, Plant) else plant
     t = np.arange(round(duration / T)) * T
     added = excited(excitation, t)
     noise = np.random.default_rng(seed).standard_normal((len(t), 3))
     noise[:, 0] = coloured(noise[:, 0], recorder.colour)
-    parts = (plant, believed or plant, effects or Effects(), recorder)
-    rows = run(*(type(part)(*map(float, part)) for part in parts), s0, added, noise, T)
+    parts = (true, believed, effects or Effects(), recorder)
+    rows = run(*(type(part)(*map(float, part)) for part in parts), s0, added, noise)
     n = len(rows)
     values = [t[:n], *rows.T, np.zeros(n), added[:n]]
     return Recording({name: np.ascontiguousarray(v) for name, v in zip(COLUMNS, values, strict=True)})

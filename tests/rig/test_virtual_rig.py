@@ -110,6 +110,13 @@ def test_recorded_time_hides_the_error_of_the_clock():
     assert not np.allclose(true["s_act"], wrong["s_act"], atol=2e-6)
 
 
+def test_wrong_belief_of_the_compensator_changes_the_damping():
+    stiff = Plant()._replace(k_p=1.2 * Plant().k_p)
+    right, wrong = (record(plant=plant, excitation="decay") for plant in (Plant(), (Plant(), stiff)))
+
+    assert np.abs(wrong["s_des"][-1500:]).max() < 0.8 * np.abs(right["s_des"][-1500:]).max()
+
+
 def test_converters_work_in_steps():
     recording = record(recorder=Recorder(step_f=0.5, step_s=1e-5), duration=1.0)
 
