@@ -11,6 +11,8 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationErr
 from .errors import ConfigError, expected
 from .yaml_lines import Document, Place, read_yaml
 
+MOST_TICKS = 2**53  # beyond it a double does not tell one tick from the next
+
 Value = bool | int | float | str
 ParameterValues = dict[str, Value]
 
@@ -92,6 +94,8 @@ class Config(Part):
         ticks = (self.stop_time - self.start_time) / self.step_size
         if not self.stop_time > self.start_time:
             raise ValueError(f"stop_time: not after start_time, got {self.stop_time} s")
+        if ticks > MOST_TICKS:
+            raise ValueError(f"stop_time: too many steps, got {ticks:.3g}, expected at most {MOST_TICKS:.3g}")
         if abs(ticks - round(ticks)) > 1e-6 * max(1.0, ticks * 1e-3):
             raise ValueError(
                 f"stop_time: not a whole number of steps after start_time, got {ticks:.9g} steps"

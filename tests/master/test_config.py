@@ -114,6 +114,14 @@ def test_a_stop_time_between_two_steps_is_refused(faults):
     ]
 
 
+@pytest.mark.parametrize("step_size", ["1e-300", "5e-324"])
+def test_more_steps_than_a_double_counts_are_refused(faults, step_size):
+    [fault] = faults(HEAD + f"step_size: {step_size}\n")
+
+    assert fault.startswith("system.yaml:1: file: stop_time: too many steps, got ")
+    assert fault.endswith(", expected at most 9.01e+15")
+
+
 def test_a_stop_time_before_the_start_is_refused(faults):
     assert faults(HEAD + "start_time: 2.0\n") == [
         "system.yaml:1: file: stop_time: not after start_time, got 1.0 s"
