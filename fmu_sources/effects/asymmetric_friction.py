@@ -48,5 +48,4 @@ EFFECT = Effect(
     },
     needs=("velocity",),
     places=MECHANICAL,
-    held=("smoothing",),
 )

@@ -32,5 +32,4 @@ EFFECT = Effect(
     scale=lambda rms: {"level": 0.05 * rms.value, "smoothing": SMOOTHING_SHARE * rms.velocity},
     needs=("velocity",),
     places=MECHANICAL,
-    held=("smoothing",),
 )

@@ -39,5 +39,4 @@ EFFECT = Effect(
     },
     needs=("velocity", "load"),
     places=MECHANICAL,
-    held=("smoothing",),
 )

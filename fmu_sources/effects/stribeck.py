@@ -45,5 +45,4 @@ EFFECT = Effect(
     },
     needs=("velocity",),
     places=MECHANICAL,
-    held=("smoothing",),
 )

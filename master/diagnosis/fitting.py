@@ -18,7 +18,7 @@ from .tables import Array
 
 Simulate = Callable[[Array], Array]
 FAR = 1e4
-STEP = 1e-4
+STEP = 1e-5
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ def fit(
     in_use: Array,
     *,
     size: Array | None = None,
-    evaluations: int = 15,
+    evaluations: int = 30,
 ) -> Fit:
     """
     Fit a candidate to a measurement.
@@ -92,6 +92,7 @@ def fit(
             problem.first_guess(start),
             bounds=problem.bounds,
             diff_step=[STEP] * len(problem.start),
+            x_scale="jac",
             xtol=1e-7,
             ftol=1e-9,
             max_nfev=evaluations,

@@ -1,0 +1,52 @@
+"""
+Composed models by name, for a system file that asks for one.
+
+    docking_contact__rope_force_slack_and_guide_force_coulomb
+    base             slot and effect        slot and effect
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from .composition import AND, SEPARATOR, with_effect
+from .effects.catalogue import effect
+from .effects.effect import Effect
+from .model import Model
+
+
+def is_composed(name: str) -> bool:
+    """Whether a name is that of a model with effects."""
+    return SEPARATOR in name
+
+
+def composed(name: str, load: Callable[[str], Model]) -> Model:
+    """
+    Make the model that a name describes, effects at their own start values.
+
+    Args:
+        name: As `with_effect` gives it, with its own prefixes.
+        load: Finds the base by name.
+
+    Raises:
+        ValueError: If a part is no slot and effect of the base.
+    """
+    base_name, _, rest = name.partition(SEPARATOR)
+    model = base = load(base_name)
+    for part in rest.split(AND):
+        slot, found = _parts(base, part)
+        model = with_effect(model, slot, found)
+    return model
+
+
+def _parts(base: Model, part: str) -> tuple[str, Effect]:
+    for slot in sorted((s.name for s in base.slots), key=len, reverse=True):
+        if part.startswith(slot + "_"):
+            try:
+                return slot, effect(part[len(slot) + 1 :])
+            except KeyError:
+                continue
+    known = [s.name for s in base.slots]
+    raise ValueError(
+        f"{base.name}: no such slot and effect, got {part!r}, expected <slot>_<effect>, slots {known}"
+    )
