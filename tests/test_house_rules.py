@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import re
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -50,20 +51,20 @@ def public(nodes: list[ast.stmt]) -> Iterator[Function | ast.ClassDef]:
             yield node
 
 
+@cache
 def documented_methods() -> set[str]:
     """Names of methods that have a docstring somewhere: an override needs none of its own."""
     classes = (n for name in NAMES for n in ast.walk(tree_of(name)) if isinstance(n, ast.ClassDef))
     return {f.name for c in classes for f in public(c.body) if ast.get_docstring(f)}
 
 
-DOCUMENTED = documented_methods()
 DOCUMENTED_ELSEWHERE = {"Protocol", "Fmi2Slave"}  # the class says it for all members; PythonFMU's class
 
 
 def methods_to_document(c: ast.ClassDef) -> Iterator[Function | ast.ClassDef]:
     bases = {ast.unparse(base).rpartition(".")[2] for base in c.bases}
     if not bases & DOCUMENTED_ELSEWHERE:
-        yield from (m for m in public(c.body) if m.name not in DOCUMENTED)
+        yield from (m for m in public(c.body) if m.name not in documented_methods())
 
 
 @each_source
