@@ -18,6 +18,7 @@ from numba.extending import intrinsic, overload
 
 _INT, _DOUBLE, _POINTER, _SIZE = ctypes.c_int, ctypes.c_double, ctypes.c_void_p, ctypes.c_size_t
 _EXCHANGE = (_INT, _POINTER, _POINTER, _SIZE, _POINTER)
+_STATE = (_INT, _POINTER, _POINTER)
 _EXCHANGE_3 = (*_EXCHANGE, _SIZE)
 _STEP = (_INT, _POINTER, _DOUBLE, _DOUBLE, _INT)
 _STEP_3 = (_INT, _POINTER, _DOUBLE, _DOUBLE, ctypes.c_bool, *[_POINTER] * 4)
@@ -52,6 +53,11 @@ def do_step_3(address: int, component: int, t: float, h: float, answers: int) ->
     """
     places = [int(answers) + 8 * i for i in range(4)]
     return _function(_STEP_3, int(address))(int(component), t, h, True, *places)
+
+
+def state(address: int, component: int, argument: int) -> int:
+    """Call getter (argument: address of the cell to fill) or setter (the saved state) of an FMU's state."""
+    return _function(_STATE, address)(component, argument)
 
 
 _I64, _I32, _I1, _F64 = ir.IntType(64), ir.IntType(32), ir.IntType(1), ir.DoubleType()
@@ -110,6 +116,16 @@ def _do_step_3_compiled(typing: Any, address: Any, component: Any, t: Any, h: An
     return signature, generate
 
 
+@intrinsic
+def _state_compiled(typing: Any, address: Any, component: Any, argument: Any) -> Any:
+    signature = types.int32(*[types.int64] * 3)
+
+    def generate(context: Any, builder: Any, _: Any, arguments: Any) -> Any:
+        return _indirect_call(builder, arguments[0], [_I64] * 2, list(arguments[1:]))
+
+    return signature, generate
+
+
 # numba compares the parameters of both forms, annotations included: so there are none here.
 @overload(exchange)
 def _(address, component, references, n, values):
@@ -123,6 +139,11 @@ def _(address, component, references, n, values):
     return lambda address, component, references, n, values: _exchange_3_compiled(
         address, component, references, n, values
     )
+
+
+@overload(state)
+def _(address, component, argument):
+    return lambda address, component, argument: _state_compiled(address, component, argument)
 
 
 @overload(do_step)

@@ -50,17 +50,27 @@ class FmuEntry(Part):
 
 
 class Connection(Part):
-    """A wire; `delay` adds whole steps."""
+    """A wire; `delay` adds whole steps, `extrapolation` is the order of a polynomial one step on."""
 
     source: Signal = Field(alias="from")
     target: Signal = Field(alias="to")
     delay: Annotated[int, Field(ge=0)] = 0
+    extrapolation: Annotated[int, Field(ge=0, le=2)] = 0
+    tolerance: Annotated[float, Field(gt=0.0)] | None = None
+
+
+class IteratedGroup(Part):
+    """FMUs that step one after the other, again and again from saved states, until their wires agree."""
+
+    iterate: Annotated[list[str], Field(min_length=1)]
+    tolerance: Annotated[float, Field(gt=0.0)] = 1e-9
+    maximum: Annotated[int, Field(ge=1)] = 50
 
 
 class Coupling(Part):
-    """The order in which the FMUs step; an inner list steps side by side."""
+    """The order in which the FMUs step; an inner list steps side by side, `{iterate: [...]}` iterates."""
 
-    order: list[str | list[str]] | None = None
+    order: list[str | list[str] | IteratedGroup] | None = None
 
 
 class Compare(Part):

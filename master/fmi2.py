@@ -19,10 +19,14 @@ class Fmi2Slave(FmuSlave):
 
     def interface(self) -> CInterface:
         dll = self._fmu.dll
+        saves = self.description.can_get_and_set_state
         return CInterface(
             version=2,
             component=self._fmu.component,
             do_step=address(dll.fmi2DoStep),
+            get_state=address(dll.fmi2GetFMUstate) if saves else 0,
+            set_state=address(dll.fmi2SetFMUstate) if saves else 0,
+            free_state=address(dll.fmi2FreeFMUstate) if saves else 0,
             setters={pair: address(getattr(dll, f"fmi2Set{_NAMES[pair[0]]}")) for pair in _EXCHANGED},
             getters={pair: address(getattr(dll, f"fmi2Get{_NAMES[pair[0]]}")) for pair in _EXCHANGED},
         )
@@ -46,7 +50,7 @@ class Fmi2Slave(FmuSlave):
         return fmu
 
     def _free(self) -> None:
-        """Free instance and library, and between them what PythonFMU would free twice at the process's end."""
+        """Free instance, what PythonFMU would free twice at the end of the process, and library."""
         self._fmu.fmi2FreeInstance(self._fmu.component)
         finalise = getattr(self._fmu.dll, "finalizePythonInterpreter", None)
         if finalise is not None:

@@ -22,11 +22,15 @@ class Fmi3Slave(FmuSlave):
 
     def interface(self) -> CInterface:
         dll = self._fmu.dll
+        saves = self.description.can_get_and_set_state
         types = list(enumerate(NAMES))
         return CInterface(
             version=3,
             component=self._fmu.component,
             do_step=address(dll.fmi3DoStep),
+            get_state=address(dll.fmi3GetFMUState) if saves else 0,
+            set_state=address(dll.fmi3SetFMUState) if saves else 0,
+            free_state=address(dll.fmi3FreeFMUState) if saves else 0,
             setters={(_kind(t), t): address(getattr(dll, f"fmi3Set{name}")) for t, name in types},
             getters={(_kind(t), t): address(getattr(dll, f"fmi3Get{name}")) for t, name in types},
         )

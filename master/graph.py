@@ -46,12 +46,19 @@ class Port:
 
 @dataclass(frozen=True)
 class Wire:
-    """A connection between two ports that fit; `delay` is in steps beyond what the order gives."""
+    """
+    A connection between two ports that fit.
+
+    `delay` is in steps beyond what the order gives, `extrapolation` an order (0: hold), `tolerance`
+    relative to the target's nominal value where the wire is iterated (None: that of the group).
+    """
 
     source: Port
     target: Port
     delay: int
     conversion: Conversion
+    extrapolation: int = 0
+    tolerance: float | None = None
 
 
 @dataclass(frozen=True)
@@ -227,7 +234,7 @@ def _wire(
     if Kind.STRING in (source.variable.kind, target.variable.kind):
         problems.append(f"{loaded.where('connections', i)}: strings cannot be connected, got {source.name}")
         return []
-    return [Wire(source, target, c.delay, found)]
+    return [Wire(source, target, c.delay, found, c.extrapolation, c.tolerance)]
 
 
 def _with_unit(port: Port) -> str:

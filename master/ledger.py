@@ -93,7 +93,9 @@ def make_ledger(system: System, schedule: Schedule, step_size: float) -> Ledger:
 def steps_of(schedule: Schedule, wire: Wire) -> tuple[int, int]:
     """Least and largest age in steps that the coupling gives a connection."""
     source, target = wire.source.instance, wire.target.instance
-    base = 0 if schedule.group_of(source) < schedule.group_of(target) else 1
+    group_source, group_target = schedule.group_of(source), schedule.group_of(target)
+    iterated = group_source == group_target and group_source in schedule.iterations and not wire.delay
+    base = 0 if iterated or group_source < group_target else 1
     every_source, every_target = schedule.every[source], schedule.every[target]
     return _rates(base + wire.delay, every_source, every_target)
 
@@ -118,6 +120,9 @@ def _entry(system: System, schedule: Schedule, wire: Wire, step_size: float) -> 
         if d.input == wire.target.variable.name
     )
     shown = tuple(o for o in own if o.seconds)
+    if wire.extrapolation:
+        reason = f"polynomial of order {wire.extrapolation} through the last values"
+        shown += (OwnDelay("extrapolation", -step_size * target.every, reason),)
     return Entry(wire.source.name, wire.target.name, least, most, step_size, shown)
 
 

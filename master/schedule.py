@@ -2,32 +2,46 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from graphlib import CycleError, TopologicalSorter
 
+from .config import IteratedGroup
 from .errors import ConfigError, expected
 from .graph import System
 
 
 @dataclass(frozen=True)
+class Iteration:
+    """When an iterated group is done: tolerance relative to nominal values, most passes."""
+
+    tolerance: float
+    maximum: int
+
+
+@dataclass(frozen=True)
 class Schedule:
     """
-    Groups that step one after the other; the members of a group step side by side.
+    Groups that step one after the other.
 
+    The members of a group step side by side, or, where `iterations` has the group's place, one after
+    the other until their wires agree.
     `every` says for each instance how many ticks one of its steps covers. An instance that steps every
     n-th tick does so at the last of the n ticks, so that no row holds a value of a later time.
     """
 
     groups: tuple[tuple[str, ...], ...]
     every: Mapping[str, int]
+    iterations: Mapping[int, Iteration] = field(default_factory=dict)
 
     def group_of(self, instance: str) -> int:
         """Place of the instance's group in the order."""
         return next(i for i, group in enumerate(self.groups) if instance in group)
 
 
-def make_schedule(system: System, order: list[str | list[str]] | None, where: str) -> Schedule:
+def make_schedule(
+    system: System, order: Sequence[str | list[str] | IteratedGroup] | None, where: str
+) -> Schedule:
     """
     Complete and check the coupling order.
 
@@ -42,11 +56,36 @@ def make_schedule(system: System, order: list[str | list[str]] | None, where: st
     every = {name: i.every for name, i in system.instances.items()}
     if order is None:
         return Schedule(_along_wires(system, where), every)
-    groups = tuple((g,) if isinstance(g, str) else tuple(g) for g in order)
+    groups = tuple(_members(entry) for entry in order)
     problems = _order_faults(groups, list(system.instances), where)
+    iterations = {
+        i: Iteration(entry.tolerance, entry.maximum)
+        for i, entry in enumerate(order)
+        if isinstance(entry, IteratedGroup)
+    }
+    problems += [f for i in iterations for f in _iteration_faults(system, groups[i], where)]
     if problems:
         raise ConfigError(problems)
-    return Schedule(groups, every)
+    return Schedule(groups, every, iterations)
+
+
+def _members(entry: str | list[str] | IteratedGroup) -> tuple[str, ...]:
+    if isinstance(entry, IteratedGroup):
+        return tuple(entry.iterate)
+    return (entry,) if isinstance(entry, str) else tuple(entry)
+
+
+def _iteration_faults(system: System, group: tuple[str, ...], where: str) -> list[str]:
+    members = [system.instances[name] for name in group if name in system.instances]
+    faults = [
+        f"{where}: {i.name} cannot be iterated, got an FMU that does not save its state"
+        for i in members
+        if not i.description.can_get_and_set_state
+    ]
+    rates = {i.every for i in members}
+    if len(rates) > 1:
+        faults.append(f"{where}: an iterated group has one rate, got every {sorted(rates)} ticks")
+    return faults
 
 
 def _along_wires(system: System, where: str) -> tuple[tuple[str, ...], ...]:

@@ -18,10 +18,11 @@ from .fmi2 import Fmi2Slave
 from .fmi3 import Fmi3Slave
 from .fmu import STATUS
 from .graph import Port, System, Wire
-from .program import Program, build_program
+from .program import Program
 from .recorder import Recorder, Result
 from .schedule import Schedule
 from .slave import Slave
+from .translation import build_program
 
 SlaveFactory = Callable[[str, Description], Slave]
 ProgressCallback = Callable[[int], None]
@@ -177,7 +178,7 @@ class _Run:
         self, execute: Callable[..., Any], progress: ProgressCallback, slaves: Mapping[str, Slave]
     ) -> Outcome:
         n, done, chunk = self.grid.n_ticks, 0, _FIRST_CHUNK
-        arrays = stepping.arrays(self.program, self.record)
+        watch = stepping.Watch(self.record, self.bounds, np.zeros((0, 2), dtype=np.int64), np.zeros((0, 2)))
         grid = (self.grid.t0, self.grid.step_size)
         stepped = 0.0
         with _interruptible() as interrupted:
@@ -187,7 +188,7 @@ class _Run:
                 end = min(n, done + chunk)
                 rows = np.empty((end - done, len(self.record)))
                 begin = time.perf_counter()
-                outcome, ticks, where, status = execute(arrays, grid, (done, end), rows, self.bounds)
+                outcome, ticks, where, status = execute(self.program.memory, watch, grid, (done, end), rows)
                 seconds = time.perf_counter() - begin
                 stepped += seconds
                 self.recorder.add(rows[:ticks])

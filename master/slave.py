@@ -14,6 +14,7 @@ class CInterface:
     """
     Addresses that the stepping loop calls, in the form of FMI 2.0 or 3.0.
 
+    `get_state`, `set_state` and `free_state` are 0 where the FMU cannot save its state.
     `setters` and `getters` map a kind of variable and its value type to a function address.
     """
 
@@ -22,6 +23,9 @@ class CInterface:
     do_step: int
     setters: Mapping[tuple[Kind, int], int]
     getters: Mapping[tuple[Kind, int], int]
+    get_state: int = 0
+    set_state: int = 0
+    free_state: int = 0
 
 
 class Slave(Protocol):

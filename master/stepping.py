@@ -6,22 +6,38 @@ import hashlib
 from collections.abc import Callable
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from . import calls
-from .program import COPY, KEEP, SET, STEP, Program
+from .operations import channel, close_loop, extrapolate
+from .program import CHANNEL, CHECK, COPY, EXTRAPOLATE, KEEP, RESTORE, SAVE, SET, STEP, Memory
 from .value_types import FLOAT64, LARGEST_SIZE, pack, unpack
 
-DONE, FAILED, OUT_OF_LIMITS = 0, 1, 2
+DONE, FAILED, OUT_OF_LIMITS, NOT_CONVERGED, TRIGGERED = range(5)
 WARNING = 1
-_COMPILED = ("stepping", "calls", "program", "value_types")
+_COMPILED = ("stepping", "operations", "calls", "program", "value_types")
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
+
+
+class Watch(NamedTuple):
+    """
+    What is looked at after each tick: all arrays have one element a signal or trigger.
+
+    `record`: places in the table of values; `limits`: their largest allowed magnitudes.
+    `triggers`: [place, 1 if armed]; `thresholds`: [sign, threshold]; a trigger fires once, where
+    sign * (value - threshold) > 0.
+    """
+
+    record: Integers
+    limits: Floats
+    triggers: Integers
+    thresholds: Floats
 
 
 @register_jitable
@@ -39,66 +55,106 @@ def _do_step(slave: Integers, function: int, t: float, h: float, scratch: int) -
     return calls.do_step_3(function, slave[0], t, h, scratch)
 
 
+@register_jitable
+def _transfer(memory: Memory, k: int, i: int) -> None:
+    """Execute an operation that moves values within the table."""
+    code, _, a, b, c, d = memory.operations[i]
+    values, rings = memory.values, memory.rings
+    if code == COPY:
+        values[b] = memory.conversions[c, 0] * values[a] + memory.conversions[c, 1]
+    elif code == KEEP:
+        cell = c + k % d
+        oldest = rings[cell]
+        rings[cell] = values[a]
+        values[b] = oldest
+    elif code == EXTRAPOLATE:
+        values[a] = extrapolate(rings, c, b, values[a])
+    else:
+        values[a] = channel(memory.channels[b], rings, c, d, k, values[a])
+
+
+@register_jitable
+def _call(memory: Memory, i: int, start: float, h: float, scratch: NDArray[np.uint8]) -> int:
+    """Execute an operation that calls a slave; give its FMI status."""
+    code, _, a, b, c, _ = memory.operations[i]
+    slave, values, block = memory.slaves[a], memory.values, memory.blocks[c]
+    data = scratch.ctypes.data
+    if code == STEP:
+        return _do_step(slave, b, start, h, data)
+    if code == SAVE:
+        return calls.state(b, slave[0], memory.states.ctypes.data + 8 * a)
+    if code == RESTORE:
+        return calls.state(b, slave[0], memory.states[a])
+    if block[3] == FLOAT64:
+        return _exchange(slave, b, block, values.ctypes.data + 8 * block[2])
+    if code == SET:
+        pack(values, block[2], block[1], block[3], scratch)
+        return _exchange(slave, b, block, data)
+    status = _exchange(slave, b, block, data)
+    unpack(values, block[2], block[1], block[3], scratch)
+    return status
+
+
+@register_jitable
+def _observe(values: Floats, watch: Watch, row: Floats) -> tuple[int, int]:
+    """Record one row; give DONE, or OUT_OF_LIMITS or TRIGGERED with the signal or trigger."""
+    for j in range(watch.record.size):
+        value = values[watch.record[j]]
+        row[j] = value
+        if not (abs(value) <= watch.limits[j]):
+            return OUT_OF_LIMITS, j
+    for j in range(watch.triggers.shape[0]):
+        value = values[watch.triggers[j, 0]]
+        if watch.triggers[j, 1] and watch.thresholds[j, 0] * (value - watch.thresholds[j, 1]) > 0.0:
+            watch.triggers[j, 1] = 0
+            return TRIGGERED, j
+    return DONE, 0
+
+
 def execute(
-    program: tuple[Any, ...], grid: tuple[float, float], ticks: tuple[int, int], rows: Floats, limits: Floats
+    memory: Memory, watch: Watch, grid: tuple[float, float], ticks: tuple[int, int], rows: Floats
 ) -> tuple[int, int, int, int]:
     """
     Execute ticks and record one row after each.
 
     Args:
-        program: Arrays of `Program`: operations, blocks, slaves, conversions, values, rings, record.
+        memory: Operations of one tick and what they work on.
+        watch: What is recorded, and what ends the execution.
         grid: t0 [s] and step size h [s]; tick k goes from t0 + k h to t0 + (k+1) h.
         ticks: First tick and the one behind the last.
         rows: Values after each tick, shape (ticks, recorded signals), written.
-        limits: Largest allowed magnitude of each recorded signal, shape (recorded signals,).
 
     Returns:
-        Outcome, number of complete ticks, operation (FAILED) or signal (OUT_OF_LIMITS), FMI status.
+        Outcome, number of complete ticks, what it is about (FAILED: operation, OUT_OF_LIMITS: signal,
+        NOT_CONVERGED: row of `residuals`, TRIGGERED: trigger), FMI status.
     """
-    operations, blocks, slaves, conversions, values, rings, record = program
+    operations = memory.operations
     t0, h = grid
     first, end = ticks
-    base = values.ctypes.data
-    scratch = np.zeros(LARGEST_SIZE * max(4, values.size), dtype=np.uint8)
-    scratch_base = scratch.ctypes.data
+    scratch = np.zeros(LARGEST_SIZE * max(4, memory.values.size), dtype=np.uint8)
     for k in range(first, end):
-        for i in range(operations.shape[0]):
-            code, every, a, b, c, d = operations[i]
+        i = 0
+        while i < operations.shape[0]:
+            code, every = operations[i, 0], operations[i, 1]
             if (k + 1) % every != 0:
-                continue
-            status = 0
-            if code == COPY:
-                values[b] = conversions[c, 0] * values[a] + conversions[c, 1]
-            elif code == KEEP:
-                cell = c + k % d
-                oldest = rings[cell]
-                rings[cell] = values[a]
-                values[b] = oldest
-            elif code == STEP:
-                start = t0 + (k + 1 - every) * h
-                status = _do_step(slaves[a], b, start, every * h, scratch_base)
-            elif blocks[c, 3] == FLOAT64:
-                status = _exchange(slaves[a], b, blocks[c], base + 8 * blocks[c, 2])
-            elif code == SET:
-                pack(values, blocks[c, 2], blocks[c, 1], blocks[c, 3], scratch)
-                status = _exchange(slaves[a], b, blocks[c], scratch_base)
+                pass
+            elif code <= CHANNEL:
+                _transfer(memory, k, i)
+            elif code == CHECK:
+                back, worst = close_loop(memory, operations[i, 2])
+                if worst >= 0:
+                    return NOT_CONVERGED, k - first, worst, 0
+                if back >= 0:
+                    i = back - 1
             else:
-                status = _exchange(slaves[a], b, blocks[c], scratch_base)
-                unpack(values, blocks[c, 2], blocks[c, 1], blocks[c, 3], scratch)
-            if status > WARNING:
-                return FAILED, k - first, i, status
-        for j in range(record.size):
-            value = values[record[j]]
-            rows[k - first, j] = value
-            if not (abs(value) <= limits[j]):
-                return OUT_OF_LIMITS, k - first + 1, j, 0
+                status = _call(memory, i, t0 + (k + 1 - every) * h, every * h, scratch)
+                if status > WARNING:
+                    return FAILED, k - first, i, status
+            i += 1
+        outcome, where = _observe(memory.values, watch, rows[k - first])
+        if outcome != DONE:
+            return outcome, k - first + 1, where, 0
     return DONE, end - first, 0, 0
-
-
-def arrays(program: Program, record: Integers) -> tuple[Any, ...]:
-    """Arrays that `execute` works on; `record` holds places in the table of values."""
-    p = program
-    return (p.operations, p.blocks, p.slaves, p.conversions, p.values, p.rings, record)
 
 
 @lru_cache(maxsize=1)
