@@ -57,7 +57,7 @@ def do_step_3(address: int, component: int, t: float, h: float, answers: int) ->
 
 def state(address: int, component: int, argument: int) -> int:
     """Call getter (argument: address of the cell to fill) or setter (the saved state) of an FMU's state."""
-    return _function(_STATE, address)(component, argument)
+    return _function(_STATE, int(address))(int(component), int(argument))
 
 
 _I64, _I32, _I1, _F64 = ir.IntType(64), ir.IntType(32), ir.IntType(1), ir.DoubleType()

@@ -77,7 +77,7 @@ def _transfer(memory: Memory, k: int, i: int) -> None:
 def _call(memory: Memory, i: int, start: float, h: float, scratch: NDArray[np.uint8]) -> int:
     """Execute an operation that calls a slave; give its FMI status."""
     code, _, a, b, c, _ = memory.operations[i]
-    slave, values, block = memory.slaves[a], memory.values, memory.blocks[c]
+    slave, values = memory.slaves[a], memory.values
     data = scratch.ctypes.data
     if code == STEP:
         return _do_step(slave, b, start, h, data)
@@ -85,6 +85,7 @@ def _call(memory: Memory, i: int, start: float, h: float, scratch: NDArray[np.ui
         return calls.state(b, slave[0], memory.states.ctypes.data + 8 * a)
     if code == RESTORE:
         return calls.state(b, slave[0], memory.states[a])
+    block = memory.blocks[c]
     if block[3] == FLOAT64:
         return _exchange(slave, b, block, values.ctypes.data + 8 * block[2])
     if code == SET:

@@ -59,6 +59,8 @@ _STEP = {
     2: ctypes.CFUNCTYPE(ctypes.c_int, _P, ctypes.c_double, ctypes.c_double, ctypes.c_int),
     3: ctypes.CFUNCTYPE(ctypes.c_int, _P, ctypes.c_double, ctypes.c_double, ctypes.c_bool, _P, _P, _P, _P),
 }
+_STATE_AT = ctypes.CFUNCTYPE(ctypes.c_int, _P, ctypes.POINTER(_P))
+_STATE = ctypes.CFUNCTYPE(ctypes.c_int, _P, _P)
 
 
 class Refusal(Exception):  # noqa: N818
@@ -115,6 +117,7 @@ class Stub:
             v.name: v.start if v.kind is Kind.STRING else float(v.start or 0.0) for v in description.variables
         }
         self.events: list[str] = []
+        self.states: dict[int, dict[str, Any]] = {}
         self._messages: list[str] = []
         self._time, self._stepping = 0.0, False
         self._c_functions = self._make_c_functions()
@@ -126,6 +129,9 @@ class Stub:
             version=self.description.version,
             component=0,
             do_step=addresses["step"],
+            get_state=addresses["get_state"],
+            set_state=addresses["set_state"],
+            free_state=addresses["free_state"],
             setters={pair: addresses["set", pair[1]] for pair in pairs},
             getters={pair: addresses["get", pair[1]] for pair in pairs},
         )
@@ -166,6 +172,21 @@ class Stub:
             return refusal.status
         return OK
 
+    def _get_state(self, _: int, place: Any) -> int:
+        key = place[0] or 1 + max(self.states, default=0)
+        self.states[key] = dict(self.values)
+        place[0] = key
+        return OK
+
+    def _set_state(self, _: int, key: int) -> int:
+        self.values = dict(self.states[key])
+        return OK
+
+    def _free_state(self, _: int, place: Any) -> int:
+        self.states.pop(place[0], None)
+        place[0] = None
+        return OK
+
     def _make_c_functions(self) -> dict[Any, Any]:
         names = [v.name for v in self.description.variables]
         version = self.description.version
@@ -191,7 +212,8 @@ class Stub:
 
         made: dict[Any, Any] = {("set", kind): setter(kind) for kind in _C_TYPES}
         made |= {("get", kind): getter(kind) for kind in _C_TYPES}
-        return made | {"step": _STEP[version](self._step)}
+        made |= {"get_state": _STATE_AT(self._get_state), "free_state": _STATE_AT(self._free_state)}
+        return made | {"set_state": _STATE(self._set_state), "step": _STEP[version](self._step)}
 
 
 def _address(function: Any) -> int:
@@ -325,7 +347,7 @@ class Bench:
 def bench(
     blocks: Mapping[str, Block],
     connections: Sequence[Mapping[str, Any]] = (),
-    order: list[str | list[str]] | None = None,
+    order: Sequence[str | list[str] | dict[str, Any]] | None = None,
     *,
     step_size: float = 1.0,
     every: Mapping[str, int] | None = None,
@@ -340,8 +362,10 @@ def bench(
         "stop_time": step_size,
         "fmus": fmus,
         "connections": list(connections),
+        "coupling": {"order": order},
     }
     loaded = LoadedConfig(config=Config.model_validate(data), document=Document(Path("bench.yaml"), data))
     descriptions = {name: block.description(name) for name, block in blocks.items()}
     system = build_system(loaded, descriptions, {})
-    return Bench(blocks, loaded, system, make_schedule(system, order, "coupling.order"))
+    schedule = make_schedule(system, loaded.config.coupling.order, "coupling.order")
+    return Bench(blocks, loaded, system, schedule)

@@ -1,7 +1,8 @@
 import pytest
 from stubs import CELSIUS, KELVIN, bench, clock, gain, typed, wire
 
-from master.program import COPY, GET, KEEP, SET, STEP, build_program
+from master.program import COPY, GET, KEEP, SET, STEP
+from master.translation import build_program
 
 WORDS = {COPY: "copy", KEEP: "keep", SET: "set", STEP: "step", GET: "get"}
 
@@ -22,7 +23,7 @@ def words(program):
     """Operations in order, with the FMU that each belongs to."""
     return [
         WORDS[row[0]] if row[0] in (COPY, KEEP) else f"{WORDS[row[0]]} {program.instance_of(i)}"
-        for i, row in enumerate(program.operations)
+        for i, row in enumerate(program.memory.operations)
     ]
 
 
@@ -50,15 +51,15 @@ def test_a_delayed_value_is_kept_and_copied_only_to_convert(program_of):
     assert words(program)[2:4] == ["keep", "copy"]
     assert words(program).count("keep") == 2
     assert words(program).count("copy") == 1
-    assert program.rings.size == 5
+    assert program.memory.rings.size == 5
 
 
 def test_rings_start_from_the_present_values(program_of):
     program = program_of({"a": clock(), "b": gain()}, [wire("a.t", "b.u", delay=3)])
-    program.values[program.place["a.t"]] = 7.0
+    program.memory.values[program.place["a.t"]] = 7.0
     program.fill_rings()
 
-    assert program.rings.tolist() == [7.0, 7.0, 7.0]
+    assert program.memory.rings.tolist() == [7.0, 7.0, 7.0]
 
 
 def test_each_type_is_exchanged_in_one_call(program_of):
@@ -68,7 +69,7 @@ def test_each_type_is_exchanged_in_one_call(program_of):
 
     assert words(program).count("set b") == 3
     assert words(program).count("get b") == 3
-    assert [n for n in program.blocks[:, 1] if n == 2] == [2, 2]
+    assert [n for n in program.memory.blocks[:, 1] if n == 2] == [2, 2]
 
 
 def test_every_port_in_use_has_a_place_of_its_own(program_of):

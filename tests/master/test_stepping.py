@@ -5,12 +5,14 @@ from stubs import (
     ERROR,
     FATAL,
     WARNING,
+    Block,
     bench,
     clock,
     failing,
     gain,
     integrator,
     typed,
+    variables,
     wire,
 )
 
@@ -80,6 +82,17 @@ def test_a_delay_adds_whole_steps():
     assert result["a.y"].tolist() == [7.0, 7.0, 7.0, 8.0, 9.0, 10.0]
 
 
+@pytest.mark.parametrize("compiled", [False, True])
+@pytest.mark.parametrize(("order", "law"), [(1, lambda t: 3 * t - 1), (2, lambda t: t * t - 2 * t)])
+def test_extrapolation_of_an_order_is_exact_on_a_polynomial_of_that_order(order, law, compiled):
+    blocks = {"a": Block(lambda t, h, v: {"y": law(t + h)}, variables(("y", "output"))), "b": gain()}
+    made = bench(blocks, [wire("a.y", "b.u", extrapolation=order)], [["a", "b"]])
+    result = made.run(8, compiled=compiled).result
+
+    first_exact = order + 2  # row 0 and `order` steps fill the memory
+    assert result["b.y"][first_exact:].tolist() == [law(t) for t in result.time[first_exact:]]
+
+
 def test_an_fmu_at_every_third_tick_steps_at_the_last_of_the_three():
     result = bench({"clock": clock()}, every={"clock": 3}).run(7).result
 
@@ -144,6 +157,16 @@ def test_a_status_worse_than_warning_ends_the_run(status, name, compiled):
     assert outcome.result["bad.t"].tolist() == [0.0, 0.25, 0.5]
     assert (outcome.error.instance, outcome.error.time, outcome.error.status) == ("bad", 0.5, name)
     assert str(outcome.error) == "bad at t=0.5 s: rope torn"
+
+
+@pytest.mark.parametrize("compiled", [False, True])
+def test_an_fmu_without_a_port_steps(compiled):
+    seen = []
+    blind = Block(lambda t, h, v: seen.append(t) or {}, ())
+    outcome = bench({"blind": blind}).run(3, compiled=compiled)
+
+    assert (outcome.status, outcome.steps) == ("completed", 3)
+    assert seen[-3:] == [0.0, 1.0, 2.0]
 
 
 def test_a_status_without_a_message_is_named():
