@@ -14,6 +14,7 @@ from .documentation import documentation_files
 from .facts import Flavour, guid
 from .fmi2_xml import describe_fmi2
 from .fmi3_xml import describe_fmi3
+from .reference_data import reference_files, reference_paths
 from .terminals import terminal_files
 
 NATIVE = Flavour("native flavour", needs_execution_tool=False, directional_derivatives=True)
@@ -29,6 +30,7 @@ class NativeSources:
     model: Model
     token: str
     files: Mapping[str, bytes] = field(repr=False)
+    reference: Mapping[str, bytes] = field(repr=False, default_factory=dict)
 
 
 def native_token(model: Model, model_file: Path) -> str:
@@ -36,7 +38,7 @@ def native_token(model: Model, model_file: Path) -> str:
     generator = [
         p for p in _EXPORT.rglob("*") if p.suffix in (".py", ".c", ".h") and p.name not in _NOT_NATIVE
     ]
-    used = sorted({*source_files(model_file), *generator})
+    used = sorted({*source_files(model_file), *generator, *reference_paths(model, model_file)})
     contents = [part for p in used for part in (p.relative_to(ROOT).as_posix().encode(), p.read_bytes())]
     return guid(describe_fmi2(model, NATIVE, ""), *contents)
 
@@ -47,7 +49,7 @@ _NOT_NATIVE = {"python_flavour.py", "python_slave.py", "build.py", "release.py"}
 def native_sources(model: Model, model_file: Path) -> NativeSources:
     """Generate the C files of a model."""
     token = native_token(model, model_file)
-    return NativeSources(model, token, native.generate(model, token))
+    return NativeSources(model, token, native.generate(model, token), reference_files(model, model_file))
 
 
 def host_binaries(sources: NativeSources) -> dict[str, bytes]:
@@ -67,7 +69,7 @@ def pack_native(sources: NativeSources, binaries: Mapping[str, bytes], fmi_versi
     model = sources.model
     contents = {f"sources/{name}": content for name, content in sources.files.items()}
     contents |= native.of_version(binaries, fmi_version)
-    contents |= documentation_files(model)
+    contents |= documentation_files(model) | dict(sources.reference)
     if fmi_version == "2.0":
         c_files = tuple(native.c_files(sources.files))
         contents["modelDescription.xml"] = describe_fmi2(model, NATIVE, sources.token, c_files)
