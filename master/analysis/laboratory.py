@@ -1,0 +1,88 @@
+"""From an experiment to its linear system: which FMU is asked what; answers are kept."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from ..description import Kind
+from ..experiment import Experiment
+from ..graph import Instance, System
+from ..simulation import Grid, SlaveFactory, load, simulate
+from .coupling import Coupled, Part
+from .realisation import StateSpace, realise
+from .responses import Question, measure, real, start_variables
+
+
+@dataclass
+class Laboratory:
+    """Measures each FMU alone, once for each set of parameters, and couples the linear systems."""
+
+    experiment: Experiment
+    factory: SlaveFactory = load
+    _known: dict[Any, StateSpace] = field(default_factory=dict)
+    _held: dict[str, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self._held = self._initial_inputs()
+
+    def coupled(
+        self, changes: Mapping[str, float] | None = None, extra: Mapping[str, int] | None = None
+    ) -> Coupled:
+        """
+        Give the coupled system.
+
+        Args:
+            changes: Parameters by `instance.parameter` that differ from the experiment's.
+            extra: Whole ticks of delay by the target of a connection.
+        """
+        system = _changed(self.experiment.system, changes or {})
+        parts = {name: self._part(system, instance) for name, instance in system.instances.items()}
+        schedule, step = self.experiment.schedule, self.experiment.config.step_size
+        return Coupled(system, schedule, parts, step, extra or {})
+
+    def _part(self, system: System, instance: Instance) -> Part:
+        name, description = instance.name, instance.description
+        wires = [w for w in system.wires_into(name) if w.source.variable.kind is Kind.REAL]
+        inputs = real([w.target.variable for w in wires])
+        used = {w.source.variable.name for w in system.wires if w.source.instance == name}
+        used |= {s.partition(".")[2] for s in self._watched() if s.startswith(f"{name}.")}
+        outputs = real([v for v in description.outputs if v.name in used])
+        question = Question(
+            instance=instance,
+            inputs=inputs,
+            starts=start_variables(description, instance.start) if outputs else (),
+            outputs=outputs,
+            held=tuple(self._held[f"{name}.{v.name}"] for v in inputs),
+            step_size=self.experiment.config.step_size * instance.every,
+            t0=self.experiment.config.start_time,
+        )
+        if question.key not in self._known:
+            self._known[question.key] = realise(measure(question, self.factory))
+        names = [tuple(f"{name}.{v.name}" for v in group) for group in (inputs, outputs)]
+        return Part(self._known[question.key], names[0], names[1])
+
+    def _watched(self) -> list[str]:
+        compare = self.experiment.config.compare
+        if compare is None:
+            return []
+        return [s for s in (compare.signal, compare.reproduced, compare.reference) if s is not None]
+
+    def _initial_inputs(self) -> dict[str, float]:
+        """Values that the inputs have at the start of a run."""
+        system, config = self.experiment.system, self.experiment.config
+        grid = Grid(config.start_time, config.step_size, 0)
+        start = simulate(system, self.experiment.schedule, grid, factory=self.factory).result
+        return {
+            w.target.name: w.conversion.factor * float(start[w.source.name][0]) + w.conversion.offset
+            for w in system.wires
+        }
+
+
+def _changed(system: System, changes: Mapping[str, float]) -> System:
+    instances = dict(system.instances)
+    for signal, value in changes.items():
+        name, _, key = signal.partition(".")
+        instances[name] = replace(instances[name], start={**instances[name].start, key: value})
+    return replace(system, instances=instances)

@@ -1,0 +1,113 @@
+"""
+The smallest linear system that answers as an FMU did.
+
+    x(k+1) = A x(k) + B u(k)
+    y(k+1) = C x(k) + D u(k)          y(k+1): outputs behind the step, u(k): inputs set before it
+
+    H0[i, j] = C A^(i+j) [B X0],   H1[i, j] = C A^(i+j+1) [B X0],   H0 = U S V'
+    A = S^-1/2 U' H1 V S^-1/2,   C = first rows of U S^1/2,   [B X0] = first columns of S^1/2 V'
+
+X0 holds the states from which changed start values begin, so that modes that no input reaches appear too.
+The rows i and columns j are dense at first (a dead time fills them) and sparse later (slow modes). The
+order is the least one that repeats all measured rows to GOAL, or not much worse than any order does.
+Source   Ho, Kalman (1966); Juang, Pappa, An eigensystem realization algorithm, J. Guidance 8 (1985) 620-627.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .responses import Responses
+
+Floats = NDArray[np.float64]
+
+GOAL = 1e-9
+_WORSE_THAN_BEST = 20.0
+_DENSE = (16, 136)
+_SPARSE = 12
+_TOLERANCES = tuple(10.0 ** (-0.5 * n) for n in range(6, 29))
+
+
+@dataclass(frozen=True)
+class StateSpace:
+    """One FMU as a linear system; `misfit` is the largest relative error over the measured rows."""
+
+    A: Floats
+    B: Floats
+    C: Floats
+    D: Floats
+    X0: Floats
+    misfit: float
+    curvature: float = 0.0
+
+    @property
+    def order(self) -> int:
+        """Number of states."""
+        return len(self.A)
+
+
+def realise(responses: Responses) -> StateSpace:
+    """Find the smallest system; with dense rows enough for a long dead time only where it needs them."""
+    markov = np.concatenate([responses.pulses[1:], responses.free[:-1]], axis=2)
+    outputs = np.max(np.abs(markov), axis=(0, 2), initial=0.0)
+    outputs[outputs == 0.0] = 1.0
+    scaled = markov / outputs[:, None]
+    columns = np.max(np.abs(scaled), axis=(0, 1), initial=0.0)
+    columns[columns == 0.0] = 1.0
+    scaled = scaled / columns
+    found = _realise(scaled, _DENSE[0])
+    if found[3] > GOAL:
+        found = min(found, _realise(scaled, _DENSE[1]), key=lambda f: f[3])
+    A, B, C, misfit = found
+    B, C = B * columns, outputs[:, None] * C
+    n = responses.pulses.shape[2]
+    D = responses.pulses[0]
+    return StateSpace(A, B[:, :n], C, D, B[:, n:], misfit, responses.curvature)
+
+
+def _realise(markov: Floats, dense: int) -> tuple[Floats, Floats, Floats, float]:
+    n, n_outputs, n_columns = markov.shape
+    half = (n - 1) // 2
+    places = np.unique(np.concatenate([np.arange(dense), np.arange(dense, half, _SPARSE)]))
+    H0, H1 = (_hankel(markov, places, shift) for shift in (0, 1))
+    U, S, Vt = np.linalg.svd(H0, full_matrices=False)
+    found = [(np.zeros((0, 0)), np.zeros((0, n_columns)), np.zeros((n_outputs, 0)), _largest(markov))]
+    for r in _orders(S):
+        if found[-1][3] < GOAL:
+            break
+        root = np.sqrt(S[:r])
+        A = (U[:, :r].T / root[:, None]) @ H1 @ (Vt[:r].T / root)
+        B, C = root[:, None] * Vt[:r, :n_columns], U[:n_outputs, :r] * root
+        found.append((A, B, C, _misfit(markov, A, B, C)))
+    enough = max(GOAL, _WORSE_THAN_BEST * min(f[3] for f in found))
+    return next(f for f in found if f[3] <= enough)
+
+
+def _orders(S: Floats) -> list[int]:
+    """Orders to try, smallest first: up to each tolerance of the singular values."""
+    return sorted({int(np.sum(tolerance * S[0] < S)) for tolerance in _TOLERANCES} - {0})
+
+
+def _hankel(markov: Floats, places: NDArray[np.int64], shift: int) -> Floats:
+    blocks = markov[places[:, None] + places[None, :] + shift]
+    i, j, p, q = blocks.shape
+    hankel: Floats = blocks.transpose(0, 2, 1, 3).reshape(i * p, j * q)
+    return hankel
+
+
+def _misfit(markov: Floats, A: Floats, B: Floats, C: Floats) -> float:
+    """Largest error over all rows, relative to each column's largest value; infinite if it runs away."""
+    x, worst = B, 0.0
+    for row in markov:
+        worst = max(worst, _largest(C @ x - row))
+        if not worst < 1e3:
+            return float("inf")
+        x = A @ x
+    return worst
+
+
+def _largest(values: Floats) -> float:
+    return float(np.max(np.abs(values), initial=0.0))
