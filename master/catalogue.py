@@ -12,6 +12,7 @@ from fmu_sources.export.native import NativeBuildError
 from .errors import ConfigError, expected
 
 Progress = Callable[[str], None]
+FLAVOURS = build.FLAVOURS
 
 
 def silent(model: str) -> None:

@@ -6,7 +6,15 @@ import math
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    Field,
+    ValidationError,
+    field_validator,
+    model_validator,
+)
 
 from .errors import ConfigError, expected
 from .yaml_lines import Document, Place, read_yaml
@@ -84,6 +92,32 @@ class Compare(Part):
     reference_force: Signal | None = None
 
 
+class Event(Part):
+    """Something that happens in a run, at a time [s] or when `instance.variable > number` comes true."""
+
+    at: float | None = None
+    when: str | None = None
+    duration: Annotated[float, Field(gt=0.0)] | None = Field(None, alias="for")
+    set: dict[Signal, Value] = {}
+    freeze: list[Signal] = []
+    drop: list[Signal] = []
+    offset: dict[Signal, float] = {}
+    delay: dict[Signal, Annotated[int, Field(ge=0)]] = {}
+    jitter: dict[Signal, Annotated[int, Field(ge=0)]] = {}
+    seed: Annotated[int, Field(ge=1, lt=2147483647)] = 1
+
+    @field_validator("freeze", "drop", mode="before")
+    @classmethod
+    def _one_or_more(cls, value: Any) -> Any:
+        return [value] if isinstance(value, str) else value
+
+    @model_validator(mode="after")
+    def _one_occasion(self) -> Event:
+        if (self.at is None) == (self.when is None):
+            raise ValueError("an event has either 'at' or 'when'")
+        return self
+
+
 class Config(Part):
     """A whole system."""
 
@@ -97,6 +131,7 @@ class Config(Part):
     connections: list[Connection] = []
     variants: dict[str, dict[str, ParameterValues]] = {}
     compare: Compare | None = None
+    events: list[Event] = []
     limits: dict[Signal, Annotated[float, Field(gt=0.0)]] = {}
 
     @model_validator(mode="after")
@@ -191,6 +226,7 @@ _KNOWN: dict[str, type[Part]] = {
     "connections": Connection,
     "coupling": Coupling,
     "compare": Compare,
+    "events": Event,
 }
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +15,7 @@ from .description import Description, read_description
 from .errors import ConfigError, expected
 from .graph import System, build_system
 from .ledger import Ledger, make_ledger
+from .scenario import Scenario, make_scenario
 from .schedule import Schedule, make_schedule
 from .simulation import Grid
 from .yaml_lines import parse_value
@@ -40,6 +41,7 @@ class Experiment:
     variant: str | None
     system: System
     schedule: Schedule
+    scenario: Scenario = field(default_factory=Scenario)
 
     @property
     def grid(self) -> Grid:
@@ -81,7 +83,7 @@ def prepare(
     system = build_system(loaded, _descriptions(loaded, files), overrides)
     order = loaded.config.coupling.order
     schedule = make_schedule(system, order, loaded.where("coupling", "order"))
-    return Experiment(loaded.config, request.variant, system, schedule)
+    return Experiment(loaded.config, request.variant, system, schedule, make_scenario(loaded, system))
 
 
 def _overrides(loaded: LoadedConfig, request: Request) -> dict[str, tuple[str, Value]]:

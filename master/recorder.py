@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,22 +35,45 @@ class Result:
         return self.units[self.names.index(name)]
 
 
+class Sink(Protocol):
+    """Takes rows while a run goes on, so that they need not stay in memory."""
+
+    def write(self, result: Result) -> None:
+        """Write rows that follow those written before."""
+        ...
+
+
 @dataclass
 class Recorder:
-    """Collects chunks of rows."""
+    """
+    Collects chunks of rows.
+
+    With a sink, all rows go there and only every `keep_every`-th one stays in memory.
+    """
 
     ports: Sequence[Port]
     t0: float
     step_size: float
-    chunks: list[Floats] = field(default_factory=list)
+    keep_every: int = 1
+    sink: Sink | None = None
+    n_rows: int = 0
+    _kept: list[Floats] = field(default_factory=list)
 
     def add(self, rows: Floats) -> None:
         """Append rows, shape (n, signals)."""
-        self.chunks.append(np.array(rows))
+        first = self.n_rows
+        self.n_rows += len(rows)
+        if self.sink is not None:
+            self.sink.write(self._result(np.arange(first, self.n_rows), rows))
+        self._kept.append(np.array(rows[-first % self.keep_every :: self.keep_every]))
 
     def result(self) -> Result:
-        """All rows so far."""
-        values = np.concatenate(self.chunks)
-        time = self.t0 + np.arange(len(values), dtype=np.float64) * self.step_size
+        """All rows that were kept."""
+        values = np.concatenate(self._kept)
+        return self._result(self.keep_every * np.arange(len(values)), values)
+
+    def _result(self, rows: NDArray[np.int64], values: Floats) -> Result:
         names = tuple(p.name for p in self.ports)
-        return Result(time, names, tuple(p.variable.unit_name for p in self.ports), values)
+        units = tuple(p.variable.unit_name for p in self.ports)
+        time = self.t0 + rows.astype(np.float64) * self.step_size
+        return Result(time, names, units, values)

@@ -10,7 +10,7 @@ from typing import Any
 from .experiment import Experiment
 from .metrics import Metrics, compute_metrics
 from .plots import plot_run
-from .results import write_csv, write_parquet
+from .results import ResultFiles, write_result
 from .simulation import Outcome
 
 
@@ -28,20 +28,20 @@ class Report:
     files: dict[str, str]
     metrics: Metrics
     message: str = ""
+    real_time: dict[str, Any] | None = None
 
     def as_dict(self) -> dict[str, Any]:
         """Fields for JSON."""
         return asdict(self)
 
 
-def save_run(experiment: Experiment, outcome: Outcome, folder: Path) -> Report:
-    """Write result.csv, result.parquet, the plot and summary.json into a folder, and give the summary."""
-    folder.mkdir(parents=True, exist_ok=True)
+def save_run(
+    experiment: Experiment, outcome: Outcome, folder: Path, streamed: ResultFiles | None = None
+) -> Report:
+    """Write result files (unless streamed during the run), plot and summary.json; give the summary."""
     compare, result = experiment.config.compare, outcome.result
-    files = {
-        "csv": str(write_csv(result, folder / "result.csv")),
-        "parquet": str(write_parquet(result, folder / "result.parquet")),
-    }
+    written = streamed or write_result(result, folder)
+    files = {"csv": str(written.csv), "parquet": str(written.parquet)}
     metrics: Metrics = {}
     if compare is not None:
         metrics = compute_metrics(result, compare)
@@ -54,7 +54,7 @@ def save_run(experiment: Experiment, outcome: Outcome, folder: Path) -> Report:
 
 
 def _summarise(experiment: Experiment, outcome: Outcome, files: dict[str, str], metrics: Metrics) -> Report:
-    t_end = float(outcome.result.time[-1])
+    t_end = experiment.grid.time(outcome.steps)
     ran = outcome.steps > 0 and outcome.seconds > 0.0
     return Report(
         name=experiment.config.name,
@@ -67,6 +67,7 @@ def _summarise(experiment: Experiment, outcome: Outcome, files: dict[str, str], 
         files=files,
         metrics=metrics,
         message=_message(outcome),
+        real_time=outcome.real_time,
     )
 
 
@@ -98,4 +99,21 @@ def summary_lines(report: Report) -> list[str]:
     for key, value in report.metrics.items():
         label, form = _LABELS[key]
         lines.append(f"  {label:<54}{'-' if value is None else format(value, form)}")
+    lines += _real_time_lines(report.real_time or {})
     return lines + [f"  {kind:<54}{path}" for kind, path in report.files.items()]
+
+
+def _real_time_lines(found: dict[str, Any]) -> list[str]:
+    """Lateness of the ticks, with a bar for each bin of the histogram."""
+    if not found:
+        return []
+    worst = f"{found['worst_ms']:.3f} at tick {found['worst_tick']}"
+    lines = [
+        f"  {'lateness of a tick, median / 99 % [ms]':<54}{found['median_ms']:.3f} / {found['p99_ms']:.3f}",
+        f"  {'worst lateness [ms]':<54}{worst}",
+        f"  {'ticks that were not done in time':<54}{found['overruns']}",
+    ]
+    total = sum(found["histogram"].values())
+    for name, count in found["histogram"].items():
+        lines.append(f"    {name:>18} {count:>9} {'#' * round(40 * count / total)}".rstrip())
+    return lines

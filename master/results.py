@@ -3,24 +3,57 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+import numpy as np
 
 from .recorder import Result
 
-
-def write_csv(result: Result, path: Path) -> Path:
-    """Write `"time","instance.variable",...` with all digits, one row a communication point."""
-    from pyarrow import csv
-
-    csv.write_csv(_table(result), str(path))
-    return path
+CSV, PARQUET = "result.csv", "result.parquet"
 
 
-def write_parquet(result: Result, path: Path) -> Path:
-    """Write one column a signal, its unit in the field's metadata under `unit`."""
-    from pyarrow import parquet
+class ResultFiles:
+    """
+    result.csv and result.parquet in a folder, written row by row or at once.
 
-    parquet.write_table(_table(result), str(path))
-    return path
+    CSV: `"time","instance.variable",...` with all digits, one row a communication point. Parquet: one
+    column a signal, its unit in the field's metadata under `unit`.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        folder.mkdir(parents=True, exist_ok=True)
+        self.csv, self.parquet = folder / CSV, folder / PARQUET
+        self._writers: list[Any] = []
+
+    def write(self, result: Result) -> None:
+        """Append rows."""
+        table = _table(result)
+        if not self._writers:
+            from pyarrow import csv, parquet
+
+            self._writers = [
+                csv.CSVWriter(str(self.csv), table.schema),
+                parquet.ParquetWriter(str(self.parquet), table.schema),
+            ]
+        for writer in self._writers:
+            writer.write_table(table)
+
+    def __enter__(self) -> ResultFiles:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        for writer in self._writers:
+            writer.close()
+
+
+def write_result(result: Result, folder: Path) -> ResultFiles:
+    """Write a whole result."""
+    with ResultFiles(folder) as files:
+        files.write(result)
+    return files
 
 
 def read_csv(path: Path) -> Result:
@@ -30,13 +63,11 @@ def read_csv(path: Path) -> Result:
     table = csv.read_csv(str(path))
     names = tuple(table.column_names[1:])
     columns = [table.column(name).to_numpy() for name in table.column_names]
-    import numpy as np
-
     values = np.column_stack(columns[1:]) if names else np.empty((len(columns[0]), 0))
     return Result(columns[0], names, ("",) * len(names), values)
 
 
-def _table(result: Result):  # type: ignore[no-untyped-def]
+def _table(result: Result) -> Any:
     import pyarrow as pa
 
     columns = {"time": (result.time, "s")} | {

@@ -157,14 +157,15 @@ class _Translator:
         self.loops.append([back, first, len(self.residuals), iteration.maximum, 0])
 
     def _transfer(self, wire: Wire) -> None:
-        every = self.schedule.every[wire.target.instance]
+        has_channel = wire.target.name in self.channels
+        every = 1 if has_channel else self.schedule.every[wire.target.instance]
         source, target = self.place[wire.source.name], self.place[wire.target.name]
         if wire.delay:
             self._add(KEEP, 1, source, target, self._cells(wire.delay), wire.delay)
             source, every = target, 1
         if not (wire.delay and wire.conversion.is_identity):
             self._add(COPY, every, source, target, self._conversion(wire))
-        if wire.target.name in self.channels:
+        if has_channel:
             self._channel(wire.target.name, target)
         if wire.extrapolation:
             self._add(EXTRAPOLATE, every, target, wire.extrapolation, self._cells(wire.extrapolation))

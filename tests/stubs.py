@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +18,7 @@ from master.description import DeclaredDelay, Description, Kind, Variable
 from master.graph import System, build_system
 from master.ledger import Ledger, make_ledger
 from master.schedule import Schedule, make_schedule
-from master.simulation import Grid, Outcome, simulate
+from master.simulation import Grid, Outcome, RunOptions, simulate
 from master.slave import CInterface
 from master.units import Unit
 from master.value_types import BOOLEAN, FLOAT32, FLOAT64, INT32, INT64, INT_BOOLEAN, UINT8
@@ -337,11 +337,19 @@ class Bench:
         self.slaves[name] = Stub(name, description, self.blocks[name].law)
         return self.slaves[name]
 
-    def run(self, n_ticks: int, *, t0: float = 0.0, compiled: bool = False, **options: Any) -> Outcome:
-        """Step it."""
+    def run(self, n_ticks: int, *, t0: float = 0.0, compiled: bool = False, **more: Any) -> Outcome:
+        """Step it; `limits`, `scenario`, `pacer` and `sink` are those of RunOptions."""
         self.slaves.clear()
-        grid = Grid(t0, self.step_size, n_ticks)
-        return simulate(self.system, self.schedule, grid, factory=self.factory, compiled=compiled, **options)
+        options = RunOptions(**{f.name: more.pop(f.name) for f in fields(RunOptions) if f.name in more})
+        return simulate(
+            self.system,
+            self.schedule,
+            Grid(t0, self.step_size, n_ticks),
+            options=options,
+            factory=self.factory,
+            compiled=compiled,
+            **more,
+        )
 
 
 def bench(

@@ -24,7 +24,7 @@ from typing import Any
 from ..arithmetic import Arithmetic
 from ..model import Delay, InputHold, Model, SlotFunction, Values, no_effect
 from ..variables import choice, declare, input_, output, state
-from .equations import PARAMETERS, SLOTS, acceleration, contact_force, equilibrium, rope_force
+from .equations import PARAMETERS, SLOTS, acceleration, contact_force, equilibrium, rope_force, rope_stiffness
 
 HOLD_STEPS = {"interpolate": 0.0, "hold_new": -0.5, "hold_old": 0.5}
 
@@ -59,7 +59,7 @@ class DockingContact(Model):
         self, t: Any, x: Any, u: Any, p: Any, m: Arithmetic, slot: SlotFunction = no_effect
     ) -> Values:
         f_m = contact_force(x, p, slot)
-        f_r = rope_force(t, u.s_act, u.v_act, u.v, x, p, m, slot)
+        f_r = rope_force((u.s_act, u.v_act), u.v, x, rope_stiffness(t, p, m), p, slot)
         return {"x_e": x.der_x_e, "der_x_e": acceleration(f_m, f_r, x, p, slot), "x": u.v}
 
     def outputs(

@@ -28,17 +28,17 @@ PARAMETERS = (
 )
 
 SLOTS = (
-    Slot("rope_force", "N", "Force of the rope on the end-effector", {"r": "m", "der_r": "m/s"}),
+    Slot("rope_force", "N", "Force of the rope, positive where it pulls r back", {"r": "m", "der_r": "m/s"}),
     Slot(
         "guide_force",
         "N",
-        "Force of the guide on the end-effector, none in the paper",
+        "Force of the guide, positive against x_e; none in the paper",
         {"x_e": "m", "der_x_e": "m/s", "load": "N"},
     ),
     Slot(
         "manipulator_force",
         "N",
-        "Force of the manipulator on the end-effector",
+        "Force of the manipulator, positive against x_e",
         {"x_e": "m", "der_x_e": "m/s"},
     ),
 )
@@ -51,19 +51,22 @@ def equilibrium(s: Any, x: Any, p: Any) -> Any:
 
 def contact_force(x: Any, p: Any, slot: SlotFunction) -> Any:
     """Give the force [N] at the sensor on the frame side, Eq. 9."""
-    f = -(p.k_m * x.x_e + p.c_m * x.der_x_e)
-    return slot("manipulator_force", f, x_e=x.x_e, der_x_e=x.der_x_e)
+    return -slot("manipulator_force", p.k_m * x.x_e + p.c_m * x.der_x_e, x_e=x.x_e, der_x_e=x.der_x_e)
 
 
-def rope_force(t: Any, s: Any, der_s: Any, v: Any, x: Any, p: Any, m: Arithmetic, slot: SlotFunction) -> Any:
-    """Give the force [N] of the rope on the end-effector."""
-    r = s - (x.x_e + x.x)
-    der_r = der_s - (x.der_x_e + v)
-    k_p = p.k_p + p.k_p_amplitude * m.sin(2.0 * m.pi * p.k_p_frequency * t)
+def rope_stiffness(t: Any, p: Any, m: Arithmetic) -> Any:
+    """Give the stiffness [N/m] of the rope at t [s]."""
+    return p.k_p + p.k_p_amplitude * m.sin(2.0 * m.pi * p.k_p_frequency * t)
+
+
+def rope_force(end: tuple[Any, Any], v: Any, x: Any, k_p: Any, p: Any, slot: SlotFunction) -> Any:
+    """Give the force [N] of the rope on the end-effector; `end` is its other end (position, velocity)."""
+    r = end[0] - (x.x_e + x.x)
+    der_r = end[1] - (x.der_x_e + v)
     return slot("rope_force", k_p * r + p.c_p * der_r, r=r, der_r=der_r)
 
 
 def acceleration(f_m: Any, f_r: Any, x: Any, p: Any, slot: SlotFunction) -> Any:
     """Give x_e'' [m/s2] from the forces [N] of manipulator and rope, Eq. 7."""
     f_g = slot("guide_force", 0.0, x_e=x.x_e, der_x_e=x.der_x_e, load=f_r)
-    return (f_m + f_r + f_g) / p.m_e
+    return (f_m + f_r - f_g) / p.m_e

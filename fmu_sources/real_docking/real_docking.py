@@ -28,6 +28,7 @@ from ..docking_contact.equations import (
     contact_force,
     equilibrium,
     rope_force,
+    rope_stiffness,
 )
 from ..model import Delay, Model, SlotFunction, Values, no_effect
 from ..variables import declare, input_, output, parameter, state
@@ -59,7 +60,7 @@ class RealDocking(Model):
         self, t: Any, x: Any, u: Any, p: Any, m: Arithmetic, slot: SlotFunction = no_effect
     ) -> Values:
         f = contact_force(x, p, slot)
-        f_r = rope_force(t, x.s, x.v_s, u.v, x, p, m, slot)
+        f_r = rope_force((x.s, x.v_s), u.v, x, rope_stiffness(t, p, m), p, slot)
         return {
             "s": x.v_s,
             "v_s": f / p.m_s,

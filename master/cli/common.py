@@ -12,8 +12,7 @@ from typing import Any
 import click
 from rich.console import Console
 
-from fmu_sources.export import build
-
+from ..catalogue import FLAVOURS
 from ..errors import ConfigError, MasterError
 
 CONFIG = click.argument("config", type=click.Path(path_type=Path))
@@ -24,7 +23,7 @@ SET = click.option(
 )
 FLAVOUR = click.option(
     "--flavour",
-    type=click.Choice(build.FLAVOURS),
+    type=click.Choice(FLAVOURS),
     default="native",
     show_default=True,
     help="Kind of FMU: native (FMI 2.0), fmi3 (native, FMI 3.0) or python.",

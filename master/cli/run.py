@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import sys
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -12,15 +14,19 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from .. import simulation
 from ..errors import EXIT_DIVERGED, EXIT_FMU
 from ..experiment import Experiment, Request, prepare
+from ..pacing import CONTINUE, STOP, Pacer
 from ..report import Report, save_run, summary_lines
+from ..results import ResultFiles
 from .common import CONFIG, FLAVOUR, JSON, SET, STDERR, VARIANT, answers_errors, print_json, show_building
 
 _EXIT = {
     simulation.COMPLETED: 0,
     simulation.DIVERGED: EXIT_DIVERGED,
     simulation.FAILED: EXIT_FMU,
+    simulation.OVERRUN: EXIT_FMU,
     simulation.INTERRUPTED: 130,
 }
+_ROWS_IN_MEMORY = 200_000
 
 
 @click.command()
@@ -35,40 +41,61 @@ _EXIT = {
     metavar="DIR",
     help="Folder for the results.",
 )
+@click.option(
+    "--real-time",
+    type=click.FloatRange(min=0.0, min_open=True),
+    is_flag=False,
+    flag_value=1.0,
+    metavar="[FACTOR]",
+    help="Pace the ticks on the clock, FACTOR simulated seconds a second (1).",
+)
+@click.option(
+    "--on-overrun",
+    type=click.Choice([CONTINUE, STOP]),
+    default=CONTINUE,
+    show_default=True,
+    help="What to do when a tick is not done in time.",
+)
 @JSON
 @answers_errors
 def run(config: Path, output: Path | None, as_json: bool, **options: Any) -> None:
     """Step the system that CONFIG describes and save what it computes."""
+    factor, on_overrun = options.pop("real_time"), options.pop("on_overrun")
     request = Request(**options)
     experiment = prepare(config, request, show_building)
-    outcome = _simulate(experiment)
     folder = output or Path("results") / experiment.config.name / (request.variant or "default")
-    report = save_run(experiment, outcome, folder)
-    _answer(report, as_json)
+    pacer = None if factor is None else Pacer(factor, on_overrun)
+    long = experiment.grid.n_ticks > _ROWS_IN_MEMORY
+    with ResultFiles(folder) if long else nullcontext() as streamed:
+        outcome = _simulate(experiment, pacer, streamed)
+    _answer(save_run(experiment, outcome, folder, streamed), as_json)
     sys.exit(_EXIT[outcome.status])
 
 
-def _simulate(experiment: Experiment) -> simulation.Outcome:
+def _simulate(experiment: Experiment, pacer: Pacer | None, sink: ResultFiles | None) -> simulation.Outcome:
     columns = (
         TextColumn("{task.description}"),
         BarColumn(),
         TextColumn("{task.fields[t]}"),
         TimeRemainingColumn(),
     )
-    step = experiment.grid.step_size
+    grid = experiment.grid
+    options = simulation.RunOptions(
+        limits=experiment.limits,
+        scenario=experiment.scenario,
+        pacer=pacer,
+        sink=sink,
+        keep_every=1 if sink is None else math.ceil(grid.n_ticks / _ROWS_IN_MEMORY),
+    )
     with Progress(*columns, console=STDERR, transient=True) as bar:
-        task = bar.add_task(experiment.config.name, total=experiment.grid.n_ticks, t="")
+        task = bar.add_task(experiment.config.name, total=grid.n_ticks, t="")
 
         def advance(ticks: int) -> None:
             bar.update(task, advance=ticks)
-            bar.update(task, t=f"t = {bar.tasks[task].completed * step:.2f} s")
+            bar.update(task, t=f"t = {grid.time(int(bar.tasks[task].completed)):.2f} s")
 
         return simulation.simulate(
-            experiment.system,
-            experiment.schedule,
-            experiment.grid,
-            limits=experiment.limits,
-            progress=advance,
+            experiment.system, experiment.schedule, grid, options=options, progress=advance
         )
 
 

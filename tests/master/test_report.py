@@ -27,8 +27,9 @@ def saved(bay):
         for old, new in replaced:
             text = text.replace(old, new)
         experiment = prepare(bay.write(text))
+        options = simulation.RunOptions(limits=experiment.limits)
         outcome = simulation.simulate(
-            experiment.system, experiment.schedule, experiment.grid, limits=experiment.limits, compiled=False
+            experiment.system, experiment.schedule, experiment.grid, options=options, compiled=False
         )
         return save_run(experiment, outcome, bay.folder / "out"), outcome
 

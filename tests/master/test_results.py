@@ -4,7 +4,7 @@ from fmpy.util import read_csv as fmpy_read_csv
 from pyarrow import parquet
 
 from master.recorder import Result
-from master.results import read_csv, write_csv, write_parquet
+from master.results import ResultFiles, read_csv, write_result
 
 
 @pytest.fixture
@@ -15,7 +15,7 @@ def result():
 
 
 def test_a_csv_reads_back_to_the_last_bit(result, tmp_path):
-    back = read_csv(write_csv(result, tmp_path / "result.csv"))
+    back = read_csv(write_result(result, tmp_path).csv)
 
     assert back.names == result.names
     assert np.array_equal(back.time, result.time)
@@ -23,7 +23,7 @@ def test_a_csv_reads_back_to_the_last_bit(result, tmp_path):
 
 
 def test_fmpy_reads_the_csv(result, tmp_path):
-    table = fmpy_read_csv(str(write_csv(result, tmp_path / "result.csv")))
+    table = fmpy_read_csv(str(write_result(result, tmp_path).csv))
 
     assert table.dtype.names == ("time", "mass.x", "rope.f")
     assert table["time"].tolist() == result.time.tolist()
@@ -31,7 +31,7 @@ def test_fmpy_reads_the_csv(result, tmp_path):
 
 
 def test_the_csv_begins_with_quoted_names(result, tmp_path):
-    text = write_csv(result, tmp_path / "result.csv").read_text(encoding="utf-8")
+    text = write_result(result, tmp_path).csv.read_text(encoding="utf-8")
 
     assert text.splitlines()[0] == '"time","mass.x","rope.f"'
     assert len(text.splitlines()) == 4
@@ -39,13 +39,13 @@ def test_the_csv_begins_with_quoted_names(result, tmp_path):
 
 def test_a_result_without_signals_has_its_times(tmp_path):
     empty = Result(np.array([0.0, 0.5]), (), (), np.empty((2, 0)))
-    back = read_csv(write_csv(empty, tmp_path / "result.csv"))
+    back = read_csv(write_result(empty, tmp_path).csv)
 
     assert (back.time.tolist(), back.names, back.values.shape) == ([0.0, 0.5], (), (2, 0))
 
 
 def test_parquet_has_a_unit_for_every_column(result, tmp_path):
-    table = parquet.read_table(write_parquet(result, tmp_path / "result.parquet"))
+    table = parquet.read_table(write_result(result, tmp_path).parquet)
 
     assert {f.name: f.metadata[b"unit"] for f in table.schema} == {
         "time": b"s",
@@ -53,3 +53,13 @@ def test_parquet_has_a_unit_for_every_column(result, tmp_path):
         "rope.f": b"N",
     }
     assert np.array_equal(table["mass.x"].to_numpy(), result["mass.x"])
+
+
+def test_rows_written_one_after_the_other_are_the_rows_written_at_once(result, tmp_path):
+    with ResultFiles(tmp_path / "rows") as files:
+        for k in range(3):
+            files.write(Result(result.time[k : k + 1], result.names, result.units, result.values[k : k + 1]))
+    whole = write_result(result, tmp_path / "whole")
+
+    assert files.csv.read_bytes() == whole.csv.read_bytes()
+    assert parquet.read_table(files.parquet) == parquet.read_table(whole.parquet)
