@@ -198,4 +198,6 @@ def _extrapolated(value: Floats, past: Floats) -> Floats:
     """Polynomial through the last values, to the end of the step."""
     if len(past) == 0:
         return value
-    return 2.0 * value - past[0] if len(past) == 1 else 3.0 * value - 3.0 * past[0] + past[1]
+    if len(past) == 1:
+        return np.asarray(2.0 * value - past[0])
+    return np.asarray(3.0 * value - 3.0 * past[0] + past[1])

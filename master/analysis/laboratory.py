@@ -8,11 +8,25 @@ from typing import Any
 
 from ..description import Kind
 from ..experiment import Experiment
-from ..graph import Instance, System
+from ..graph import Instance, System, parse
 from ..simulation import Grid, SlaveFactory, load, simulate
 from .coupling import Coupled, Part
 from .realisation import StateSpace, realise
 from .responses import Question, measure, real, start_variables
+
+FROZEN = (
+    ("identifier", "fixed", "identification is not linear: its process parameters are the assumed ones"),
+    ("k_p_amplitude", 0.0, "a stiffness that varies with time stands at its mean"),
+)
+
+
+@dataclass(frozen=True)
+class Assumption:
+    """A parameter that the analysis sets, because the system is not linear or constant with its own."""
+
+    signal: str
+    value: str | float
+    reason: str
 
 
 @dataclass
@@ -21,10 +35,13 @@ class Laboratory:
 
     experiment: Experiment
     factory: SlaveFactory = load
+    system: System = field(init=False)
+    assumptions: tuple[Assumption, ...] = field(init=False)
     _known: dict[Any, StateSpace] = field(default_factory=dict)
     _held: dict[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
+        self.system, self.assumptions = frozen(self.experiment.system)
         self._held = self._initial_inputs()
 
     def coupled(
@@ -37,7 +54,7 @@ class Laboratory:
             changes: Parameters by `instance.parameter` that differ from the experiment's.
             extra: Whole ticks of delay by the target of a connection.
         """
-        system = _changed(self.experiment.system, changes or {})
+        system = changed(self.system, changes or {})
         parts = {name: self._part(system, instance) for name, instance in system.instances.items()}
         schedule, step = self.experiment.schedule, self.experiment.config.step_size
         return Coupled(system, schedule, parts, step, extra or {})
@@ -71,7 +88,7 @@ class Laboratory:
 
     def _initial_inputs(self) -> dict[str, float]:
         """Values that the inputs have at the start of a run."""
-        system, config = self.experiment.system, self.experiment.config
+        system, config = self.system, self.experiment.config
         grid = Grid(config.start_time, config.step_size, 0)
         start = simulate(system, self.experiment.schedule, grid, factory=self.factory).result
         return {
@@ -80,7 +97,23 @@ class Laboratory:
         }
 
 
-def _changed(system: System, changes: Mapping[str, float]) -> System:
+def frozen(system: System) -> tuple[System, tuple[Assumption, ...]]:
+    """Set what varies with time to what `FROZEN` says; give the system and what was set."""
+    found = []
+    for name, instance in system.instances.items():
+        for parameter, item, reason in FROZEN:
+            variable = instance.description.by_name.get(parameter)
+            if variable is None:
+                continue
+            value = parse(variable, item)
+            if instance.value_of(parameter) != value:
+                found.append(Assumption(f"{name}.{parameter}", item, reason))
+                system = changed(system, {f"{name}.{parameter}": float(value)})
+    return system, tuple(found)
+
+
+def changed(system: System, changes: Mapping[str, float]) -> System:
+    """Replace parameters by `instance.parameter`."""
     instances = dict(system.instances)
     for signal, value in changes.items():
         name, _, key = signal.partition(".")

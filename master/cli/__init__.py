@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import click
 
+from .analyse import analyse
 from .build import build
 from .check import check
 from .explain import explain
@@ -16,5 +17,5 @@ def main() -> None:
     """Docking hardware-in-the-loop simulation: FMUs, a co-simulation master, and its delays in the open."""
 
 
-for command in (run, check, explain, build):
+for command in (run, check, explain, analyse, build):
     main.add_command(command)

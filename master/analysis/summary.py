@@ -1,0 +1,184 @@
+"""All that `dockloop analyse` says of a system."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from ..experiment import Experiment
+from ..simulation import SlaveFactory, load
+from .coupling import Coupled
+from .laboratory import Assumption, Laboratory
+from .margins import Margin, margins
+from .poles import Pole, dominant, growth_rate, nearest, poles
+
+SHOWN_MISFIT = 1e-5
+SHOWN_CURVATURE = 1e-3
+
+
+@dataclass(frozen=True)
+class Analysis:
+    """Poles, margins, and what the linear system rests on."""
+
+    coupled: Coupled
+    assumptions: tuple[Assumption, ...]
+    poles: tuple[Pole, ...]
+    dominant: Pole | None
+    reference: Pole | None
+    growth_rate: float
+    margins: tuple[Margin, ...]
+
+    @property
+    def stable(self) -> bool:
+        """Whether no pole is outside the unit circle."""
+        return self.growth_rate <= 0.0
+
+    @property
+    def latency_budget(self) -> Margin | None:
+        """Connection of the force path that bears the least delay."""
+        forces = [w.target.name for w in self.coupled.wires if w.target.variable.unit_name == "N"]
+        bounded = [m for m in self.margins if m.target in forces and m.delay is not None]
+        return min(bounded, key=lambda m: m.delay or 0.0, default=None)
+
+    @property
+    def notes(self) -> list[str]:
+        """What speaks against the linear system."""
+        found = []
+        for name, part in self.coupled.parts.items():
+            if part.system.curvature > SHOWN_CURVATURE:
+                found.append(f"{name}: not linear, the answers bend by {part.system.curvature:.1e}")
+            if part.system.misfit > SHOWN_MISFIT:
+                found.append(f"{name}: its answers are repeated to {part.system.misfit:.1e} only")
+        if self.coupled.period != 1:
+            found.append("FMUs of several rates: no margins")
+        return found
+
+    def as_dict(self) -> dict[str, Any]:
+        """Fields for JSON."""
+        budget = self.latency_budget
+        return {
+            "stable": self.stable,
+            "growth_rate": self.growth_rate,
+            "dominant": None if self.dominant is None else pole_dict(self.dominant),
+            "reference": None if self.reference is None else pole_dict(self.reference),
+            "latency_budget": None if budget is None else {"to": budget.target, "seconds": budget.delay},
+            "poles": [pole_dict(p) for p in self.poles],
+            "margins": [_margin_dict(m) for m in self.margins],
+            "fmus": {
+                name: {"order": p.system.order, "misfit": p.system.misfit, "curvature": p.system.curvature}
+                for name, p in self.coupled.parts.items()
+            },
+            "assumptions": [vars(a) for a in self.assumptions],
+            "notes": self.notes,
+        }
+
+
+def analyse(experiment: Experiment, factory: SlaveFactory = load) -> Analysis:
+    """
+    Linearise, couple and judge a system.
+
+    Raises:
+        FmuError: If an FMU fails, or cannot save its state.
+    """
+    laboratory = Laboratory(experiment, factory)
+    return judge(laboratory.coupled(), laboratory)
+
+
+def judge(coupled: Coupled, laboratory: Laboratory) -> Analysis:
+    """Find poles and margins of a coupled system."""
+    config = laboratory.experiment.config
+    compare = config.compare
+    signal = None if compare is None else compare.signal
+    found = poles(coupled, signal, config.stop_time - config.start_time)
+    best = dominant(found)
+    reference = None
+    if compare is not None and compare.reference is not None and best is not None:
+        name = compare.reference.partition(".")[0]
+        period = coupled.step_size * coupled.schedule.every[name]
+        reference = nearest(coupled.parts[name].system, period, best)
+    return Analysis(
+        coupled=coupled,
+        assumptions=laboratory.assumptions,
+        poles=tuple(found),
+        dominant=best,
+        reference=reference,
+        growth_rate=growth_rate(coupled),
+        margins=tuple(margins(coupled)),
+    )
+
+
+def pole_dict(pole: Pole) -> dict[str, Any]:
+    """Fields of a pole for JSON."""
+    return {
+        "z": [pole.z.real, pole.z.imag],
+        "s": [pole.s.real, pole.s.imag],
+        "frequency": pole.frequency,
+        "zeta": pole.zeta,
+        "growth_per_cycle": pole.growth_per_cycle,
+        "parts": dict(pole.parts),
+    }
+
+
+def _margin_dict(margin: Margin) -> dict[str, Any]:
+    return {
+        "from": margin.source,
+        "to": margin.target,
+        "delay": margin.delay,
+        "frequency": margin.frequency,
+        "gain_up": margin.gain_up,
+        "gain_down": margin.gain_down,
+    }
+
+
+def lines(analysis: Analysis) -> list[str]:
+    """Analysis for a terminal."""
+    return [
+        *_head(analysis),
+        *_pole_lines(analysis.poles),
+        *_margin_lines(analysis.margins),
+        *_tail(analysis),
+    ]
+
+
+def _head(analysis: Analysis) -> list[str]:
+    verdict = "stable" if analysis.stable else "unstable"
+    found = [f"{verdict}: the largest growth of a pole is {analysis.growth_rate:+.5g} 1/s"]
+    for name, pole in (("dominant pole", analysis.dominant), ("reference", analysis.reference)):
+        if pole is not None:
+            found.append(f"  {name:<16}zeta {pole.zeta:+.6f} at {pole.frequency:.5f} Hz")
+    budget = analysis.latency_budget
+    if budget is not None and budget.delay is not None:
+        found.append(
+            f"  {'latency budget':<16}{1e3 * budget.delay:.3f} ms on {budget.source} -> {budget.target}"
+        )
+    return found
+
+
+def _pole_lines(found: Sequence[Pole]) -> list[str]:
+    rows = ["", f"  {'f [Hz]':>10}{'zeta':>12}{'growth':>10}{'decay [1/s]':>13}   takes part"]
+    for pole in found:
+        growth = pole.growth_per_cycle
+        shown = "-" if growth is None else f"{growth:.4g}"
+        parts = ", ".join(f"{name} {100 * share:.0f} %" for name, share in pole.parts[:4])
+        rows.append(f"  {pole.frequency:>10.4f}{pole.zeta:>12.6f}{shown:>10}{pole.s.real:>13.4f}   {parts}")
+    return rows
+
+
+def _margin_lines(found: Sequence[Margin]) -> list[str]:
+    if not found:
+        return []
+    wide = max(len(f"{m.source} -> {m.target}") for m in found) + 2
+    rows = ["", f"  {'connection':<{wide}}{'delay [ms]':>11}{'gain up':>10}{'down':>8}   what it bears more"]
+    for m in found:
+        delay = "-" if m.delay is None else f"{1e3 * m.delay:.3f}"
+        gains = ["-" if g is None else f"{g:.4g}" for g in (m.gain_up, m.gain_down)]
+        at = "" if m.frequency is None else f"   swings at {m.frequency:.3f} Hz"
+        rows.append(f"  {m.source + ' -> ' + m.target:<{wide}}{delay:>11}{gains[0]:>10}{gains[1]:>8}{at}")
+    return rows
+
+
+def _tail(analysis: Analysis) -> list[str]:
+    assumed = [f"assumed: {a.signal} = {a.value} ({a.reason})" for a in analysis.assumptions]
+    notes = [f"note: {n}" for n in analysis.notes]
+    return ["", *assumed, *notes] if assumed or notes else []

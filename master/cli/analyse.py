@@ -1,0 +1,121 @@
+"""`dockloop analyse`: poles, margins and stability maps of the coupled, scheduled system."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+from rich.progress import Progress
+
+from ..analysis.laboratory import Laboratory
+from ..analysis.map_plot import plot_map
+from ..analysis.summary import judge, lines, pole_dict
+from ..analysis.sweep import StabilityMap, parse_axis, stability_map
+from ..analysis.zeros import zeros
+from ..errors import ConfigError, expected
+from ..experiment import Experiment, Request, prepare
+from .common import CONFIG, FLAVOUR, JSON, SET, STDERR, VARIANT, answers_errors, print_json, show_building
+
+
+@click.command()
+@CONFIG
+@VARIANT
+@SET
+@click.option(
+    "--sweep",
+    "sweeps",
+    multiple=True,
+    metavar="FMU.PARAMETER=FROM:TO:N",
+    help="Stability over one or two parameters, or delays of connected inputs; writes a PNG.",
+)
+@click.option("--zeros", "pair", metavar="INPUT:OUTPUT", help="Zeros from a connected input to an output.")
+@FLAVOUR
+@click.option(
+    "--output",
+    type=click.Path(path_type=Path, file_okay=False),
+    metavar="DIR",
+    help="Folder for the stability map.",
+)
+@JSON
+@answers_errors
+def analyse(
+    config: Path,
+    sweeps: tuple[str, ...],
+    pair: str | None,
+    output: Path | None,
+    as_json: bool,
+    **options: Any,
+) -> None:
+    """Poles, damping, and the delay and gain that each connection of CONFIG bears more."""
+    request = Request(**options)
+    experiment = prepare(config, request, show_building)
+    if len(sweeps) > 2:
+        raise ConfigError([f"--sweep: too many, got {len(sweeps)}, expected one or two"])
+    laboratory = Laboratory(experiment)
+    title = " / ".join(filter(None, (experiment.config.name, request.variant)))
+    answer: dict[str, Any] = {"name": experiment.config.name, "variant": request.variant}
+    if sweeps:
+        folder = output or Path("results") / experiment.config.name / (request.variant or "default")
+        found = _sweep(laboratory, sweeps)
+        folder.mkdir(parents=True, exist_ok=True)
+        answer |= _map_dict(found) | {"plot": str(plot_map(found, title, folder / "stability.png"))}
+        text = _map_lines(answer)
+    else:
+        analysis = judge(laboratory.coupled(), laboratory)
+        answer |= analysis.as_dict()
+        text = lines(analysis)
+        if pair is not None:
+            answer["zeros"] = _zeros(laboratory, experiment, pair)
+            text += ["", "zeros", *(f"  {z['frequency']:>10.4f}{z['zeta']:>12.6f}" for z in answer["zeros"])]
+    if as_json:
+        print_json(answer)
+        return
+    click.echo("\n".join([title, *text]))
+
+
+def _sweep(laboratory: Laboratory, sweeps: tuple[str, ...]) -> StabilityMap:
+    x, *more = [parse_axis(text, laboratory.system) for text in sweeps]
+    y = more[0] if more else None
+    total = len(x.values) if x.wire is None or y is None else len(y.values)
+    with Progress(console=STDERR, transient=True) as bar:
+        task = bar.add_task("sweeping", total=total)
+        return stability_map(laboratory, x, y, lambda: bar.advance(task))
+
+
+def _map_dict(found: StabilityMap) -> dict[str, Any]:
+    growth = [[None if g != g else float(g) for g in row] for row in found.growth]
+    return {
+        "x": {"label": found.x.label, "values": found.x.values.tolist()},
+        "y": None if found.y is None else {"label": found.y.label, "values": found.y.values.tolist()},
+        "growth": growth,
+        "boundary": [list(point) for point in found.boundary],
+    }
+
+
+def _map_lines(answer: dict[str, Any]) -> list[str]:
+    y = answer["y"]
+    rows = [f"boundary of stability: {answer['x']['label']}" + ("" if y is None else f", {y['label']}")]
+    for point in answer["boundary"]:
+        shown = point if y is not None else point[:1]
+        rows.append("  " + "".join(f"{value:>14.6g}" for value in shown))
+    if not answer["boundary"]:
+        rows.append("  none within the range")
+    return [*rows, f"  {answer['plot']}"]
+
+
+def _zeros(laboratory: Laboratory, experiment: Experiment, pair: str) -> list[dict[str, Any]]:
+    coupled = laboratory.coupled()
+    source, colon, signal = pair.partition(":")
+    wires = {w.target.name: w for w in coupled.wires}
+    outputs = [name for part in coupled.parts.values() for name in part.outputs]
+    faults = [] if colon else [f"--zeros: not a pair, got {pair!r}, expected INPUT:OUTPUT"]
+    if colon and source not in wires:
+        faults.append(f"--zeros: no such connected input, got {source!r}, {expected(source, wires)}")
+    if colon and signal not in outputs:
+        faults.append(f"--zeros: no such connected output, got {signal!r}, {expected(signal, outputs)}")
+    if colon and coupled.period != 1:
+        faults.append("--zeros: FMUs of several rates, expected every FMU to step each tick")
+    if faults:
+        raise ConfigError(faults)
+    return [pole_dict(z) for z in zeros(coupled, wires[source], signal)]
