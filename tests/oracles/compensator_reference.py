@@ -14,12 +14,13 @@ from scipy.signal import lfilter
 REAL = np.longdouble
 N_STEPS = 250
 T = REAL(0.001)
+AMPLITUDE = 4e-4  # m; small, for with R = 1e-3 N^2 a large force takes digits from any P in doubles
 CONTACT = {"m_e": 80, "k_m": 150_000, "c_m": 158, "k_p": 37_900, "c_p": 65}
 PARAMETERS: dict[str, float | int | bool] = {
-    **{"preset": 1, "gain_convention": 2, "prior_gain": 0.9},
-    **{"P0_ab": 1e-5, "P0_cde": 1e4, "Q_ab": 1e-9, "Q_cde": 1.0, "R": 1.0, "prefilter_frequency": 5.0},
-    **{"T_f_hat": 0.012, "fmdc_filter": 0.002, "dpdc_phase": 0.3, "dpdc_frequency": 1.25},
+    **{"prior_gain": 0.9, "T_f_hat": 0.012, "fmdc_filter": 0.002},
+    **{"dpdc_phase": 0.3, "dpdc_frequency": 1.25},
 }
+PRESET_F = {"P0_ab": 1e-2, "P0_cde": 1e-2, "R": 1e-3, "prefilter_frequency": 5.0}
 TWO_PI = 2 * np.arccos(REAL(-1))
 
 
@@ -33,15 +34,19 @@ def stimuli() -> dict[str, np.ndarray]:
     """Make a motion at 1 Hz with a faster part, the simulator 20 ms late, its contact force, a slow drag."""
     t = time_grid(N_STEPS, 1e-3)
     s_des, s_act = motion(t), motion(t - 0.02)
-    x = 0.002 * t**2
-    lagged = motion(t - 0.03) - 0.002 * np.maximum(t - 0.01, 0) ** 2
-    values = {"s_des": s_des, "s_act": s_act, "f_mea": -30_255.0 * lagged, "x": x}
-    return {name: np.round(v, 9) for name, v in values.items()}
+    lagged = motion(t - 0.03) - drag(np.maximum(t - 0.01, 0.0))
+    values = {"s_des": s_des, "s_act": s_act, "f_mea": -30_255.0 * lagged, "x": drag(t)}
+    return {name: np.round(v, 10) for name, v in values.items()}
 
 
 def motion(t: np.ndarray) -> np.ndarray:
     """Give a displacement [m] that starts near its largest value."""
-    return -0.01 * np.cos(2 * np.pi * 0.9746 * t) + 0.0004 * np.sin(2 * np.pi * 6.1 * t)
+    return AMPLITUDE * (0.05 * np.sin(2 * np.pi * 6.1 * t) - np.cos(2 * np.pi * 0.9746 * t))
+
+
+def drag(t: np.ndarray) -> np.ndarray:
+    """Give the travel of the drag mechanism [m]."""
+    return 0.2 * AMPLITUDE * t**2
 
 
 def answers(inputs: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
@@ -56,14 +61,14 @@ def answers(inputs: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
     starts = {"f_des": f_mea[0], "df": REAL(0), "f_lead": f_mea[0]}
     return {
         **{n: held(starts[n], v) for n, v in forces.items()},
-        "s_cmd": held(s_des[0], phase_led(s_des)),
+        "s_cmd": held(s_des[0] / np.sqrt(phase_lead()[0]), phase_led(s_des)),
         **found,
     }
 
 
 def exact(parameter: str) -> np.longdouble:
     """Give the double that the FMU gets."""
-    return REAL(PARAMETERS[parameter])
+    return REAL({**PARAMETERS, **PRESET_F}[parameter])
 
 
 def held(start: np.longdouble, steps: np.ndarray) -> np.ndarray:
@@ -95,10 +100,11 @@ def phase_lead() -> tuple[np.longdouble, np.longdouble]:
 
 
 def phase_led(s_des: np.ndarray) -> np.ndarray:
-    """Apply Eq. 22 with K = 1 (`unit_dc`) by the bilinear transformation."""
+    """Apply Eq. 22 by the bilinear transformation."""
     alpha, T_lead = phase_lead()
     z, p = 2 * alpha * T_lead / T, 2 * T_lead / T
-    return filtered([1 + z, 1 - z], [1 + p, 1 - p], s_des)
+    K = 1 / np.sqrt(alpha)
+    return filtered([K * (1 + z), K * (1 - z)], [1 + p, 1 - p], s_des)
 
 
 def process_parameters() -> np.ndarray:
@@ -115,14 +121,13 @@ def process_parameters() -> np.ndarray:
 def identified(f: np.ndarray, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Run the Kalman filter of Eqs. 19-21 with matrices; give Y after each step and at the start."""
     start = process_parameters() * np.array([1, 1, *3 * [exact("prior_gain")]], dtype=REAL)
-    P, Q = (np.diag(np.repeat([exact(f"{n}_ab"), exact(f"{n}_cde")], [2, 3])) for n in ("P0", "Q"))
+    P = np.diag(np.repeat([exact("P0_ab"), exact("P0_cde")], [2, 3]))
     y, R = start, exact("R")
     f_past = np.concatenate([[f[0], f[0]], f])
     s_past = np.concatenate([[s[0], s[0]], s])
     rows = []
     for k, Z in enumerate(f):
         H = np.array([f_past[k + 1], f_past[k], -s_past[k + 2], -s_past[k + 1], -s_past[k]])
-        P = P + Q
         K = P @ H / (H @ P @ H + R)
         y = y + K * (Z - H @ y)
         joseph = np.eye(5, dtype=REAL) - np.outer(K, H)

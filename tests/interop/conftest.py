@@ -1,0 +1,78 @@
+"""The compensator FMU for all platforms, a Python of their own for peers, and a compiled C host."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from experiment_in_fmu import Vectors, vectors
+from other_tools import importable, require
+
+from fmu_sources import registry
+from fmu_sources.export import build
+from fmu_sources.export.native_flavour import native_sources, pack_native, release_binaries
+
+PROJECT = Path(__file__).parents[2]
+PEERS = ("ecospy>=0.7.2,<0.8", "libcosimpy>=0.0.6,<0.1")
+FLAVOURS = {"2.0": "native", "3.0": "fmi3"}
+
+
+@pytest.fixture(scope="session")
+def compensators(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Vectors]:
+    """FMI version to the compensator FMU for all platforms, committed if it is current, else built."""
+    committed = {v: build.target("compensator", flavour) for v, flavour in FLAVOURS.items()}
+    if all("local" not in t.path.parts and t.is_current() for t in committed.values()):
+        return {v: vectors(t.path) for v, t in committed.items()}
+    require(importable("casadi") and importable("ziglang"), "pip install -e '.[native]'")
+    sources = native_sources(registry.load("compensator"), registry.model_files()["compensator"])
+    binaries = release_binaries(sources)
+    found = {}
+    for version in FLAVOURS:
+        path = tmp_path_factory.mktemp("fmus") / "compensator.fmu"
+        path.write_bytes(pack_native(sources, binaries, version))
+        found[version] = vectors(path)
+    return found
+
+
+@pytest.fixture(params=FLAVOURS)
+def given(request: pytest.FixtureRequest, compensators: dict[str, Vectors]) -> Vectors:
+    """The compensator with its vectors, in FMI 2.0 and in FMI 3.0."""
+    return compensators[request.param]
+
+
+@pytest.fixture(scope="session")
+def peer_python() -> Path:
+    """Python of an environment of their own for tools whose requirements clash with ours."""
+    name = "peers-{}.{}".format(*sys.version_info) + "".join(f"-{p.partition('>')[0]}" for p in PEERS)
+    folder = PROJECT / "build" / name
+    if not (folder / "complete").exists():
+        shutil.rmtree(folder, ignore_errors=True)
+        subprocess.run([sys.executable, "-m", "venv", str(folder)], check=True)
+        pip = subprocess.run([folder / "bin" / "python", "-m", "pip", "install", "-q", *PEERS], check=False)
+        require(pip.returncode == 0, "a package registry that has " + ", ".join(PEERS))
+        (folder / "complete").touch()
+    return folder / "bin" / "python"
+
+
+@pytest.fixture(scope="session")
+def host(tmp_path_factory: pytest.TempPathFactory) -> Callable[[list[str], str], Path]:
+    """Compile the plain C host with a compiler, once for each file name."""
+    import fmpy
+
+    headers = Path(fmpy.__file__).parent / "c-code"
+    folder = tmp_path_factory.mktemp("host")
+
+    def compiled(compiler: list[str], name: str) -> Path:
+        path = folder / name
+        if not path.exists():
+            source = Path(__file__).with_name("host.c")
+            libraries = [] if name.endswith(".exe") else ["-ldl"]
+            command = [*compiler, "-O2", "-I", str(headers), str(source), *libraries, "-o", str(path)]
+            subprocess.run(command, check=True, capture_output=True)
+        return path
+
+    return compiled
