@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from .composition import AND, SEPARATOR, with_effect
+from .composition import AND, SEPARATOR, all_slots, with_effect
 from .effects.catalogue import effect
 from .effects.effect import Effect
 from .model import Model
@@ -18,6 +18,18 @@ from .model import Model
 def is_composed(name: str) -> bool:
     """Whether a name is that of a model with effects."""
     return SEPARATOR in name
+
+
+def base_of(name: str) -> str:
+    """Name of the model before effects."""
+    return name.partition(SEPARATOR)[0]
+
+
+def effects_of(name: str, load: Callable[[str], Model]) -> list[str]:
+    """Files of the effects that a name asks for, without ending; ValueError if a part is none."""
+    base = load(base_of(name))
+    laws = [_parts(base, part)[1].name for part in _rest(name)]
+    return ["learned" if law.startswith("learned_") else law for law in laws]
 
 
 def composed(name: str, load: Callable[[str], Model]) -> Model:
@@ -31,22 +43,25 @@ def composed(name: str, load: Callable[[str], Model]) -> Model:
     Raises:
         ValueError: If a part is no slot and effect of the base.
     """
-    base_name, _, rest = name.partition(SEPARATOR)
-    model = base = load(base_name)
-    for part in rest.split(AND):
+    model = base = load(base_of(name))
+    for part in _rest(name):
         slot, found = _parts(base, part)
         model = with_effect(model, slot, found)
     return model
 
 
+def _rest(name: str) -> list[str]:
+    return name.partition(SEPARATOR)[2].split(AND)
+
+
 def _parts(base: Model, part: str) -> tuple[str, Effect]:
-    for slot in sorted((s.name for s in base.slots), key=len, reverse=True):
+    for slot in sorted((s.name for s in all_slots(base)), key=len, reverse=True):
         if part.startswith(slot + "_"):
             try:
                 return slot, effect(part[len(slot) + 1 :])
             except KeyError:
                 continue
-    known = [s.name for s in base.slots]
+    known = [s.name for s in all_slots(base)]
     raise ValueError(
         f"{base.name}: no such slot and effect, got {part!r}, expected <slot>_<effect>, slots {known}"
     )

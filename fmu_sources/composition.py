@@ -10,6 +10,8 @@ order in which they were added. The states of an effect change with the equation
     derivatives   with the model's own states
     outputs       the outputs are evaluated beside the derivatives
     update        value and signals of the sampling instant are held in hidden states over the period
+
+Each input is a slot too, of its own name: a law of a signal on its way into the model.
 """
 
 from __future__ import annotations
@@ -90,7 +92,7 @@ class Composed(Model):
         return {place.home for place in self.placed if condition(place)}
 
     def _call(self, equation: str, arguments: Arguments, note: Note) -> Values:
-        t, x, _, p, m = arguments
+        t, x, u, p, m = arguments
 
         def slot(name: str, value: Any, **signals: Any) -> Any:
             for place in self.placed:
@@ -104,7 +106,9 @@ class Composed(Model):
                 signals |= {roles(place.slot)[role]: new for role, new in applied.signals.items()}
             return value
 
-        values: Values = getattr(self.base, equation)(*arguments, slot=slot)
+        inputs = {place.slot.name for place in self.placed} & set(self.base.inputs.names)
+        u = u._replace(**{name: slot(name, getattr(u, name)) for name in inputs})
+        values: Values = getattr(self.base, equation)(t, x, u, p, m, slot=slot)
         return values
 
 
@@ -154,11 +158,29 @@ def _check(model: Model, place: Placed, before: tuple[Placed, ...]) -> None:
         raise ValueError(f"{model.name}: prefix is taken, got {place.prefix!r}, expected a new one")
 
 
+def all_slots(model: Model) -> tuple[Slot, ...]:
+    """Slots of the equations, and one for each input."""
+    taken = {slot.name for slot in model.slots}
+    inputs = [v for v in model.group(Role.INPUT) if v.name not in taken and v.name == v.base]
+    return (*model.slots, *(Slot(v.name, v.unit, v.description) for v in inputs))
+
+
+class _Watched:
+    """A record that notes which fields are read."""
+
+    def __init__(self, record: Any, read: set[str]) -> None:
+        self._record, self._read = record, read
+
+    def __getattr__(self, name: str) -> Any:
+        self._read.add(name)
+        return getattr(self._record, name)
+
+
 def _slot_of(model: Model, name: str) -> Slot:
-    for slot in model.slots:
+    for slot in all_slots(model):
         if slot.name == name:
             return slot
-    known = [s.name for s in model.slots]
+    known = [s.name for s in all_slots(model)]
     raise ValueError(f"{model.name}: no such slot, got {name!r}, expected one of {known}")
 
 
@@ -179,7 +201,7 @@ def _home(model: Model, slot: str) -> str:
         return value
 
     for equation in EQUATIONS:
-        getattr(model, equation)(0.0, x, u, p, PYTHON, slot=note)
+        getattr(model, equation)(0.0, x, _Watched(u, called), p, PYTHON, slot=note)
         if slot in called:
             return equation
     raise ValueError(f"{model.name}.{slot}: the equations do not call this slot")

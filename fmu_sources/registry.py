@@ -1,4 +1,4 @@
-"""Models by name: `<room>/<name>.py` holds the model `name` as `MODEL`."""
+"""Models by name: `<room>/<name>.py` holds the model `name` as `MODEL`; others are composed by their name."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import ast
 import importlib
 from pathlib import Path
 
+from .composed_names import base_of, composed, effects_of, is_composed
 from .model import Model
 
 ROOT = Path(__file__).parent
@@ -27,7 +28,12 @@ def model_files() -> dict[str, Path]:
 
 
 def load(name: str) -> Model:
-    """Import a model; KeyError if there is none of that name."""
+    """Import a model, or compose it; KeyError if there is none of that name."""
+    if is_composed(name):
+        try:
+            return composed(name, load)
+        except ValueError as error:
+            raise KeyError(str(error)) from error
     path = model_files()[name]
     module = importlib.import_module(f".{path.parent.name}.{name}", __package__)
     model = module.MODEL
@@ -36,10 +42,19 @@ def load(name: str) -> Model:
     return model
 
 
-def source_files(module: Path) -> list[Path]:
-    """List a module of this package with all that it imports from the package, sorted by path."""
+def modules(name: str) -> tuple[Path, ...]:
+    """List the files that make a model: its own, then those that compose it; KeyError if there is none."""
+    base = model_files()[base_of(name)]
+    if not is_composed(name):
+        return (base,)
+    laws = sorted({ROOT / "effects" / f"{law}.py" for law in effects_of(name, load)})
+    return (base, ROOT / "composed_names.py", *laws)
+
+
+def source_files(*modules: Path) -> list[Path]:
+    """List modules of this package with all that they import from the package, sorted by path."""
     found: set[Path] = set()
-    waiting = [module]
+    waiting = list(modules)
     while waiting:
         path = waiting.pop()
         if path in found:

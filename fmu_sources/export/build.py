@@ -14,7 +14,7 @@ import zipfile
 from dataclasses import dataclass
 from pathlib import Path
 
-from ..registry import ROOT, load, model_files
+from ..registry import ROOT, load, modules
 from .native_flavour import host_binaries, native_sources, native_token, pack_native
 from .python_flavour import build_python, python_sources, python_token
 
@@ -54,11 +54,11 @@ def release_path(name: str, flavour: str, folder: Path = FMU_FOLDER) -> Path:
 
 def target(name: str, flavour: str = "native", folder: Path = FMU_FOLDER) -> Target:
     """Name the FMU of a model; KeyError if there is no such model or flavour."""
-    file, model = model_files()[name], load(name)
+    model, files = load(name), modules(name)
     if flavour == "python":
         path = folder / "python" / f"{name}.fmu"
-        return Target(name, flavour, path, python_token(model, python_sources(file)))
-    token = native_token(model, file)
+        return Target(name, flavour, path, python_token(model, python_sources(*files)))
+    token = native_token(model, *files)
     released = Target(name, flavour, release_path(name, flavour, folder), token)
     if released.is_current():
         return released
@@ -67,11 +67,11 @@ def target(name: str, flavour: str = "native", folder: Path = FMU_FOLDER) -> Tar
 
 def build(wanted: Target) -> Path:
     """Build the FMU for this machine and put it in its place in one move."""
-    model, file = load(wanted.model), model_files()[wanted.model]
+    model, files = load(wanted.model), modules(wanted.model)
     if wanted.flavour == "python":
-        content = build_python(model, file)
+        content = build_python(model, *files)
     else:
-        sources = native_sources(model, file)
+        sources = native_sources(model, *files)
         content = pack_native(sources, host_binaries(sources), _VERSION[wanted.flavour])
     write(wanted.path, content)
     return wanted.path

@@ -33,12 +33,12 @@ class NativeSources:
     reference: Mapping[str, bytes] = field(repr=False, default_factory=dict)
 
 
-def native_token(model: Model, model_file: Path) -> str:
+def native_token(model: Model, model_file: Path, *more: Path) -> str:
     """Compute the GUID from all sources that the FMU is generated from, without generating it."""
     generator = [
         p for p in _EXPORT.rglob("*") if p.suffix in (".py", ".c", ".h") and p.name not in _NOT_NATIVE
     ]
-    used = sorted({*source_files(model_file), *generator, *reference_paths(model, model_file)})
+    used = sorted({*source_files(model_file, *more), *generator, *reference_paths(model, model_file)})
     contents = [part for p in used for part in (p.relative_to(ROOT).as_posix().encode(), p.read_bytes())]
     return guid(describe_fmi2(model, NATIVE, ""), *contents)
 
@@ -46,9 +46,9 @@ def native_token(model: Model, model_file: Path) -> str:
 _NOT_NATIVE = {"python_flavour.py", "python_slave.py", "build.py", "release.py"}
 
 
-def native_sources(model: Model, model_file: Path) -> NativeSources:
-    """Generate the C files of a model."""
-    token = native_token(model, model_file)
+def native_sources(model: Model, model_file: Path, *more: Path) -> NativeSources:
+    """Generate the C files of a model; `more` are the files that compose it."""
+    token = native_token(model, model_file, *more)
     return NativeSources(model, token, native.generate(model, token), reference_files(model, model_file))
 
 

@@ -21,13 +21,18 @@ This FMU runs inside the host's Python interpreter (3.11 or newer); it cannot be
 without one. It needs no package beside the interpreter. Use the native flavour elsewhere.
 """
 
+_COMPOSING = """
+from {package}.composed_names import composed
+
+MODEL = composed("{name}", lambda _, base=MODEL: base)"""
+
 _SLAVE = '''\
 """Entry module of this FMU."""
 
 import ctypes
 
 from {package}.export.python_slave import ModelSlave
-from {package}.{module} import MODEL
+from {package}.{module} import MODEL{composing}
 
 # PythonFMU runs this text at every instantiation and then gives back a reference to this namespace
 # that it does not own; without one more, the interpreter frees the namespace while it is in use.
@@ -41,26 +46,29 @@ class Slave(ModelSlave):
 '''
 
 
-def python_sources(model_file: Path) -> dict[str, bytes]:
+def python_sources(model_file: Path, *more: Path) -> dict[str, bytes]:
     """Collect the modules that the FMU carries: path in the package to bytes."""
     shell = ROOT / "export" / "python_slave.py"
-    files = {ROOT / "__init__.py", *source_files(model_file), *source_files(shell)}
+    files = {ROOT / "__init__.py", *source_files(model_file, *more, shell)}
     return {path.relative_to(ROOT).as_posix(): path.read_bytes() for path in sorted(files)}
 
 
 def python_token(model: Model, sources: dict[str, bytes]) -> str:
     """Compute the GUID of the flavour from all that goes into it."""
     contents = [part for path, text in sources.items() for part in (path.encode(), text)]
-    return guid(describe_fmi2(model, PYTHON, ""), pythonfmu.__version__.encode(), _SLAVE.encode(), *contents)
+    contents = [pythonfmu.__version__.encode(), (_SLAVE + _COMPOSING).encode(), *contents]
+    return guid(describe_fmi2(model, PYTHON, ""), *contents)
 
 
-def build_python(model: Model, model_file: Path) -> bytes:
-    """Build the FMU of a model whose module is `model_file`."""
-    sources = python_sources(model_file)
+def build_python(model: Model, model_file: Path, *more: Path) -> bytes:
+    """Build the FMU of a model whose module is `model_file`; `more` are the files that compose it."""
+    sources = python_sources(model_file, *more)
     token = python_token(model, sources)
     unique = f"{model.name}_{token[1:9]}"
     module = model_file.relative_to(ROOT).with_suffix("").as_posix().replace("/", ".")
-    slave = _SLAVE.format(package=f"dockloop_{unique}", module=module)
+    package = f"dockloop_{unique}"
+    composing = _COMPOSING.format(package=package, name=model.name) if more else ""
+    slave = _SLAVE.format(package=package, module=module, composing=composing)
     contents = {f"resources/dockloop_{unique}/{path}": text for path, text in sources.items()}
     contents |= {
         "modelDescription.xml": describe_fmi2(model, PYTHON, token),
