@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import atexit
+import shutil
+import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -18,6 +21,7 @@ from .ledger import Ledger, make_ledger
 from .scenario import Scenario, make_scenario
 from .schedule import Schedule, make_schedule
 from .simulation import Grid
+from .ssp.reader import read_ssp
 from .yaml_lines import parse_value
 
 DIVERGENCE_FACTOR = 100.0
@@ -74,7 +78,7 @@ def prepare(
         ConfigError: With every fault found at the first stage that finds any.
     """
     request = request or Request()
-    loaded = load_config(path)
+    loaded = _load(path)
     if request.stop_time is not None:
         config = with_stop_time(loaded.config, request.stop_time)
         loaded = LoadedConfig(config=config, document=loaded.document)
@@ -83,7 +87,24 @@ def prepare(
     system = build_system(loaded, _descriptions(loaded, files), overrides)
     order = loaded.config.coupling.order
     schedule = make_schedule(system, order, loaded.where("coupling", "order"))
-    return Experiment(loaded.config, request.variant, system, schedule, make_scenario(loaded, system))
+    scenario = make_scenario(loaded, system)
+    experiment = Experiment(loaded.config, request.variant, system, schedule, scenario)
+    return experiment if loaded.config.dpdc is None else _with_phase_lead(experiment, set(overrides))
+
+
+def _with_phase_lead(experiment: Experiment, overridden: set[str]) -> Experiment:
+    """Design the phase lead, unless it is switched off or set by hand."""
+    from .analysis.phase_lead_design import designed
+
+    return designed(experiment, overridden)
+
+
+def _load(path: Path) -> LoadedConfig:
+    if path.suffix != ".ssp":
+        return load_config(path)
+    folder = Path(tempfile.mkdtemp(prefix="dockloop-"))
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    return read_ssp(path, folder)
 
 
 def _overrides(loaded: LoadedConfig, request: Request) -> dict[str, tuple[str, Value]]:

@@ -7,7 +7,10 @@ import click
 from .analyse import analyse
 from .build import build
 from .check import check
+from .design_dpdc import design_dpdc
 from .explain import explain
+from .export_ssp import export_ssp
+from .linearise import linearise
 from .run import run
 
 
@@ -17,5 +20,5 @@ def main() -> None:
     """Docking hardware-in-the-loop simulation: FMUs, a co-simulation master, and its delays in the open."""
 
 
-for command in (run, check, explain, analyse, build):
+for command in (run, check, explain, analyse, design_dpdc, linearise, build, export_ssp):
     main.add_command(command)

@@ -1,0 +1,27 @@
+"""`dockloop export-ssp`: the system as an SSP 1.0 archive."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from ..experiment import Request, prepare
+from ..ssp.export import write_ssp
+from .common import CONFIG, FLAVOUR, SET, VARIANT, answers_errors, show_building
+
+
+@click.command("export-ssp")
+@CONFIG
+@VARIANT
+@SET
+@FLAVOUR
+@click.option("--output", type=click.Path(path_type=Path), metavar="FILE", help="The archive to write.")
+@answers_errors
+def export_ssp(config: Path, output: Path | None, **options: Any) -> None:
+    """Write CONFIG with its FMUs as an SSP archive; `dockloop run` reads it back."""
+    experiment = prepare(config, Request(**options), show_building)
+    parts = filter(None, (experiment.config.name, experiment.variant))
+    path = write_ssp(experiment, output or Path("results") / f"{'-'.join(parts)}.ssp")
+    click.echo(f"{path}: {len(experiment.system.instances)} FMUs, {len(experiment.system.wires)} connections")
