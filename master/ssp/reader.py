@@ -92,9 +92,16 @@ def _values(parameter_set: ET.Element) -> dict[str, Any]:
     for parameter in parameter_set.iterfind(f"{ssv('Parameters')}/{ssv('Parameter')}"):
         for value in parameter:
             kind, text = value.tag.rpartition("}")[2], value.get("value", "")
-            convert = {"Real": float, "Integer": int, "Boolean": lambda t: t == "true"}.get(kind, str)
-            found[parameter.get("name", "")] = convert(text)
+            found[parameter.get("name", "")] = _value(kind, text)
     return found
+
+
+def _value(kind: str, text: str) -> bool | int | float | str:
+    if kind == "Real":
+        return float(text)
+    if kind == "Integer":
+        return int(text)
+    return text == "true" if kind == "Boolean" else text
 
 
 def _connection(c: ET.Element) -> dict[str, Any]:

@@ -52,15 +52,14 @@ def test_a_system_read_back_gives_the_same_bits(archive, experiment):
 
 
 def test_order_delays_and_rates_come_back(experiment, tmp_path):
-    wires = tuple(
-        replace(w, delay=2) if w.target.name == "compensator.x" else w for w in experiment.system.wires
-    )
+    system = experiment.system
+    wires = tuple(replace(w, delay=2 * (w.target.name == "compensator.x")) for w in system.wires)
     connections = [
         c.model_copy(update={"delay": 2}) if c.target == "compensator.x" else c
         for c in experiment.config.connections
     ]
     config = experiment.config.model_copy(update={"connections": connections})
-    changed = replace(experiment, config=config, system=replace(experiment.system, wires=wires))
+    changed = replace(experiment, config=config, system=replace(system, wires=wires))
     back = prepare(write_ssp(changed, tmp_path / "delayed.ssp"))
 
     assert back.schedule == experiment.schedule
