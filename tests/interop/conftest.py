@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-import shutil
+import fcntl
+import hashlib
 import subprocess
 import sys
 from collections.abc import Callable
@@ -47,15 +48,18 @@ def given(request: pytest.FixtureRequest, compensators: dict[str, Vectors]) -> V
 @pytest.fixture(scope="session")
 def peer_python() -> Path:
     """Python of an environment of their own for tools whose requirements clash with ours."""
-    name = "peers-{}.{}".format(*sys.version_info) + "".join(f"-{p.partition('>')[0]}" for p in PEERS)
-    folder = PROJECT / "build" / name
-    if not (folder / "complete").exists():
-        shutil.rmtree(folder, ignore_errors=True)
-        subprocess.run([sys.executable, "-m", "venv", str(folder)], check=True)
-        pip = subprocess.run([folder / "bin" / "python", "-m", "pip", "install", "-q", *PEERS], check=False)
-        require(pip.returncode == 0, "a package registry that has " + ", ".join(PEERS))
-        (folder / "complete").touch()
-    return folder / "bin" / "python"
+    about = hashlib.sha256(repr((PEERS, sys.version_info)).encode()).hexdigest()[:12]
+    folder = PROJECT / "build" / f"peers-{about}"
+    folder.mkdir(parents=True, exist_ok=True)
+    with (folder / "lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)  # test processes side by side make it once
+        if not (folder / "complete").exists():
+            subprocess.run([sys.executable, "-m", "venv", "--clear", str(folder / "venv")], check=True)
+            pip = [folder / "venv" / "bin" / "python", "-m", "pip", "install", "-q", *PEERS]
+            done = subprocess.run(pip, check=False)
+            require(done.returncode == 0, "a package registry that has " + ", ".join(PEERS))
+            (folder / "complete").touch()
+    return folder / "venv" / "bin" / "python"
 
 
 @pytest.fixture(scope="session")

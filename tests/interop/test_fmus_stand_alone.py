@@ -1,0 +1,140 @@
+"""Every FMU: valid, the same bytes each time, nothing of Python in it; and runs need no build tools."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import zipfile
+from io import BytesIO
+from pathlib import Path
+
+import pytest
+from fmpy.validation import validate_fmu
+from other_tools import importable, require
+
+from fmu_sources import registry
+from fmu_sources.export import build
+from fmu_sources.export.native_flavour import host_binaries, native_sources, pack_native
+from fmu_sources.export.python_flavour import build_python
+from fmu_sources.export.release import release_models
+
+pytestmark = pytest.mark.slow
+
+VERSIONS = ("2.0", "3.0")
+LIBC = {"calloc", "free", "memcpy", "memset", "memcmp", "bcmp", "strcmp", "strcpy", "strlen", "snprintf"}
+LIBC |= {"vsnprintf", "__snprintf_chk", "__vsnprintf_chk", "strtod", "strtol", "__stack_chk_fail", "malloc"}
+LIBM = {"cos", "sin", "sincos", "tan", "tanh", "exp", "log", "sqrt", "floor", "ceil", "nearbyint", "fabs"}
+LINKER = {"__cxa_finalize", "__gmon_start__", "_ITM_deregisterTMCloneTable", "_ITM_registerTMCloneTable"}
+
+each_model = pytest.mark.parametrize("name", release_models())
+
+
+def fmus(name: str) -> dict[str, bytes]:
+    require(importable("casadi"), "pip install -e '.[native]'")
+    sources = native_sources(registry.load(name), registry.model_files()[name])
+    binaries = host_binaries(sources)
+    return {version: pack_native(sources, binaries, version) for version in VERSIONS}
+
+
+@each_model
+def test_native_fmus_are_valid_and_build_to_the_same_bytes(name: str, tmp_path: Path) -> None:
+    built = fmus(name)
+    for version, content in built.items():
+        path = tmp_path / f"{name}_{version}.fmu"
+        path.write_bytes(content)
+
+        assert validate_fmu(path) == []
+    assert fmus(name) == built
+
+
+@each_model
+def test_a_python_fmu_is_valid_and_builds_to_the_same_bytes(name: str, tmp_path: Path) -> None:
+    path = tmp_path / f"{name}.fmu"
+    model, file = registry.load(name), registry.model_files()[name]
+    path.write_bytes(build_python(model, file))
+
+    assert validate_fmu(path) == []
+    assert build_python(model, file) == path.read_bytes()
+
+
+@each_model
+def test_the_library_needs_the_c_library_only(name: str, tmp_path: Path) -> None:
+    with zipfile.ZipFile(BytesIO(fmus(name)["2.0"])) as archive:
+        library = archive.extract(f"binaries/linux64/{name}.so", tmp_path)
+    done = subprocess.run(["nm", "-D", "-u", library], capture_output=True, text=True, check=True)
+    undefined = {line.split()[-1].partition("@")[0] for line in done.stdout.splitlines()}
+
+    assert undefined <= LIBC | LIBM | LINKER
+
+
+@pytest.mark.parametrize("name", [n for n in release_models() if (build.ROOT / n / f"{n}.py").exists()])
+def test_two_builds_in_other_processes_give_the_same_token_and_bytes(name: str) -> None:
+    code = f"""
+import hashlib
+from fmu_sources import registry
+from fmu_sources.export.native_flavour import host_binaries, native_sources, pack_native
+s = native_sources(registry.load({name!r}), registry.model_files()[{name!r}])
+b = host_binaries(s)
+print([hashlib.sha256(pack_native(s, b, v)).hexdigest() for v in ("2.0", "3.0")])
+"""
+    require(importable("casadi"), "pip install -e '.[native]'")
+    digests = {
+        run_python(code, PYTHONHASHSEED=seed, TZ=zone) for seed, zone in (("1", "UTC"), ("2", "Asia/Tokyo"))
+    }
+
+    assert len(digests) == 1
+
+
+BLOCKED = """
+import sys
+
+
+class Blocker:
+    def find_spec(self, name, path=None, target=None):
+        if name.partition(".")[0] in {"casadi", "ziglang"}:
+            raise ModuleNotFoundError(name)
+
+
+sys.meta_path.insert(0, Blocker())
+import shutil
+assert shutil.which("cc") is None and shutil.which("gcc") is None
+from master.__main__ import main
+main()
+"""
+
+
+@pytest.mark.parametrize("flavour", ["native", "fmi3"])
+def test_a_run_needs_no_compiler_no_casadi_and_no_zig(flavour: str, tmp_path: Path) -> None:
+    config = build.ROOT.parent / "configs" / "low_frequency.yaml"
+    for name in sources_of(config):
+        wanted = build.target(name, flavour)
+        if not wanted.is_current():
+            require(importable("casadi"), "pip install -e '.[native]'")
+            build.build(wanted)
+    arguments = ["run", str(config), "--stop-time", "0.05", "--flavour", flavour, "--output", str(tmp_path)]
+    run_python(BLOCKED, *arguments, PATH=str(tmp_path / "nothing"))
+
+    assert list(tmp_path.rglob("*.csv"))
+
+
+def sources_of(config: Path) -> list[str]:
+    """Models that a configuration names."""
+    import yaml
+
+    entries = yaml.safe_load(config.read_text(encoding="utf-8"))["fmus"].values()
+    return [entry["source"] for entry in entries]
+
+
+def run_python(code: str, *arguments: str, **environment: str) -> str:
+    """Run code in a process of its own; give what it prints."""
+    done = subprocess.run(
+        [sys.executable, "-c", code, *arguments],
+        capture_output=True,
+        text=True,
+        cwd=build.ROOT.parent,
+        env={**os.environ, **environment},
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr[-3000:] + done.stdout[-1000:]
+    return done.stdout
