@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import (
     AfterValidator,
@@ -118,6 +118,14 @@ class Event(Part):
         return self
 
 
+class PhaseLead(Part):
+    """The DPDC of an FMU, designed from the plant before the run; ranges of m_s, m_e, k_m, k_p."""
+
+    design: Literal["auto"]
+    fmu: str = "compensator"
+    ranges: dict[Literal["m_s", "m_e", "k_m", "k_p"], tuple[float, float]] = {}
+
+
 class Config(Part):
     """A whole system."""
 
@@ -131,6 +139,7 @@ class Config(Part):
     connections: list[Connection] = []
     variants: dict[str, dict[str, ParameterValues]] = {}
     compare: Compare | None = None
+    dpdc: PhaseLead | None = None
     events: list[Event] = []
     limits: dict[Signal, Annotated[float, Field(gt=0.0)]] = {}
 

@@ -1,0 +1,182 @@
+"""
+Design of the displacement phase delay compensation (DPDC), from the plant as it is coupled.
+
+    w1^2  = (p - sqrt(p^2 - 4 k_m k_p/(m_s m_e)))/2,   p = k_m/m_e + k_p/m,   m = m_e m_s/(m_e + m_s)     (3)
+    phi   = lag of the reproduced motion behind the simulated one at w1, without DPDC
+    alpha = (1 + sin phi)/(1 - sin phi),   T = 1/(w_max sqrt(alpha)),   K = 1/sqrt(alpha)            (23, 24)
+
+The lag holds all that is between the two rows: the plant, its hold and dead time, delays of connections.
+With ranges of m_s, m_e, k_m, k_p the design is for the largest frequency, as in Eq. 24; what is left over
+the range is read from the coupled system with the designed DPDC in it.
+Source   Paper, Sec. III-B, IV-C, Eqs. 3, 22-24; Eq. 3 prints neither the square nor the half of w^2 clearly.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..config import Compare
+from ..errors import ConfigError, expected
+from ..experiment import Experiment
+from ..graph import Wire
+from ..simulation import SlaveFactory, load
+from .frequency import response_from
+from .laboratory import Laboratory, changed
+
+Floats = NDArray[np.float64]
+
+ATTRIBUTES = ("m_s", "m_e", "k_m", "k_p")
+_N_SHOWN = 5
+_STEEPEST = 1.5
+
+
+@dataclass(frozen=True)
+class Design:
+    """
+    Lead and what it leaves.
+
+    `frequencies` [Hz] over the range, `lag` and `left` [rad] without and with DPDC (positive: lagging),
+    `magnitude` of the reproduced motion with DPDC; `phase` and `frequency` are the compensator's parameters.
+    """
+
+    phase: float
+    frequency: float
+    frequencies: Floats
+    lag: Floats
+    left: Floats
+    magnitude: Floats
+
+    @property
+    def alpha(self) -> float:
+        """Ratio of the lead's corner frequencies."""
+        return (1.0 + math.sin(self.phase)) / (1.0 - math.sin(self.phase))
+
+    @property
+    def time_constant(self) -> float:
+        """Time constant of the lead's pole [s]."""
+        return 1.0 / (2.0 * math.pi * self.frequency * math.sqrt(self.alpha))
+
+    @property
+    def gain(self) -> float:
+        """Gain of the lead at rest, in the paper's convention."""
+        return 1.0 / math.sqrt(self.alpha)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Fields for JSON."""
+        return {
+            "dpdc_phase": self.phase,
+            "dpdc_frequency": self.frequency,
+            "alpha": self.alpha,
+            "T_lead": self.time_constant,
+            "K": self.gain,
+            "frequency": self.frequencies.tolist(),
+            "lag_deg": np.degrees(self.lag).tolist(),
+            "left_deg": np.degrees(self.left).tolist(),
+            "magnitude": self.magnitude.tolist(),
+        }
+
+
+def dynamics_frequency(m_s: float, m_e: float, k_m: float, k_p: float) -> float:
+    """Lower docking frequency of Eq. 3 [Hz]."""
+    p = k_m / m_e + k_p * (m_e + m_s) / (m_e * m_s)
+    square = 0.5 * (p - math.sqrt(p * p - 4.0 * k_m * k_p / (m_s * m_e)))
+    return math.sqrt(square) / (2.0 * math.pi)
+
+
+def design(
+    experiment: Experiment,
+    fmu: str = "compensator",
+    ranges: Mapping[str, tuple[float, float]] | None = None,
+    factory: SlaveFactory = load,
+) -> Design:
+    """
+    Design the DPDC of one FMU.
+
+    Args:
+        experiment: The system; its `compare` section names the simulated and the reproduced motion.
+        fmu: The compensator.
+        ranges: Least and largest m_s, m_e, k_m, k_p; those not given are the system's own values.
+        factory: Makes the slaves.
+
+    Raises:
+        ConfigError: If the system does not have what the design needs.
+    """
+    compare, wire = _path(experiment, fmu)
+    laboratory = Laboratory(experiment, factory)
+    low, high = _range(experiment, fmu, compare.signal.partition(".")[0], ranges or {})
+    frequencies = np.linspace(low, high, 1 if low == high else _N_SHOWN)
+
+    def reproduced(**changes: float) -> NDArray[np.complex128]:
+        coupled = laboratory.coupled({f"{fmu}.{key}": value for key, value in changes.items()})
+        return response_from(coupled, wire, compare.reproduced or "", frequencies)
+
+    lag = -np.angle(reproduced(dpdc=0.0))
+    phase = float(lag[-1])
+    if not 0.0 <= phase <= _STEEPEST:
+        degrees = math.degrees(phase)
+        raise ConfigError(
+            [f"dpdc: no lead for this lag, got {degrees:.1f} deg at {high:.4g} Hz, expected 0 to 86"]
+        )
+    led = reproduced(dpdc=1.0, dpdc_phase=phase, dpdc_frequency=high)
+    return Design(phase, high, frequencies, lag, -np.angle(led), np.abs(led))
+
+
+def designed(experiment: Experiment, overridden: set[str], factory: SlaveFactory = load) -> Experiment:
+    """Give the compensator of the configuration's `dpdc` its design, except for what is set by hand."""
+    wanted = experiment.config.dpdc
+    assert wanted is not None
+    compensator = experiment.system.instances.get(wanted.fmu)
+    if compensator is not None and compensator.value_of("dpdc") == 0.0:
+        return experiment
+    found = design(experiment, wanted.fmu, {str(key): span for key, span in wanted.ranges.items()}, factory)
+    values = {f"{wanted.fmu}.dpdc_phase": found.phase, f"{wanted.fmu}.dpdc_frequency": found.frequency}
+    chosen = {signal: value for signal, value in values.items() if signal not in overridden}
+    return replace(experiment, system=changed(experiment.system, chosen))
+
+
+def _path(experiment: Experiment, fmu: str) -> tuple[Compare, Wire]:
+    compare, system = experiment.config.compare, experiment.system
+    if compare is None or compare.reproduced is None:
+        raise ConfigError(["dpdc: no motions to compare, got no compare.reproduced, expected one"])
+    if fmu not in system.instances:
+        names = system.instances
+        raise ConfigError([f"dpdc.fmu: no such FMU, got {fmu!r}, {expected(fmu, names)}"])
+    known = system.instances[fmu].description.by_name
+    missing = [p for p in ("dpdc", "dpdc_phase", "dpdc_frequency") if p not in known]
+    if missing:
+        raise ConfigError([f"dpdc: no phase lead in {fmu}, got no {', '.join(missing)}, expected all"])
+    into = [w for w in system.wires_into(fmu) if w.source.name == compare.signal]
+    if not into:
+        raise ConfigError([f"dpdc: not connected, got no {compare.signal} -> {fmu}, expected one"])
+    return compare, into[0]
+
+
+def _range(
+    experiment: Experiment, fmu: str, spacecraft: str, ranges: Mapping[str, tuple[float, float]]
+) -> tuple[float, float]:
+    """Least and largest frequency over the corners of the ranges; Eq. 3 is monotonous in each value."""
+    unknown = [
+        f"dpdc: no such attribute, got {key!r}, {expected(key, ATTRIBUTES)}"
+        for key in ranges
+        if key not in ATTRIBUTES
+    ]
+    corners = []
+    for key in ATTRIBUTES:
+        owner = spacecraft if key == "m_s" else fmu
+        own = experiment.system.instances[owner].value_of(key)
+        given = ranges.get(key, None if own is None else (float(own), float(own)))
+        if given is None or not 0.0 < given[0] <= given[1]:
+            unknown.append(f"dpdc: no range of {key}, got {given}, expected positive least and largest")
+        else:
+            corners.append(given)
+    if unknown:
+        raise ConfigError(unknown)
+    found = [dynamics_frequency(*values) for values in itertools.product(*corners)]
+    return min(found), max(found)
