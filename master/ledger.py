@@ -10,12 +10,12 @@ beyond that: the way it holds an input, its integrator, dead time, lag.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import islice
 
-from .description import DeclaredDelay
+from .description import DeclaredDelay, Description
 from .graph import Instance, System, Wire
+from .loops import closed_paths
 from .schedule import Schedule
 
 MOST_LOOPS = 1000
@@ -86,8 +86,10 @@ class Ledger:
 def make_ledger(system: System, schedule: Schedule, step_size: float) -> Ledger:
     """Compute the ledger of a scheduled system; `step_size` in s."""
     entries = tuple(_entry(system, schedule, wire, step_size) for wire in system.wires)
-    loops = tuple(islice(_loops(system, entries), MOST_LOOPS + 1))
-    return Ledger(entries, loops[:MOST_LOOPS], complete=len(loops) <= MOST_LOOPS)
+    paths = closed_paths(system, Description.reaches)
+    found = tuple(islice(paths, MOST_LOOPS + 1))
+    loops = tuple(Loop(tuple(entries[i] for i in path)) for path in found[:MOST_LOOPS])
+    return Ledger(entries, loops, complete=len(found) <= MOST_LOOPS)
 
 
 def steps_of(schedule: Schedule, wire: Wire) -> tuple[int, int]:
@@ -140,39 +142,3 @@ def _item(target: Instance, choice: str) -> str:
     value = target.value_of(choice)
     items = target.description.by_name[choice].items
     return next((name for name, number in items.items() if number == value), "")
-
-
-def _loops(system: System, entries: tuple[Entry, ...]) -> Iterator[Loop]:
-    """
-    Every closed path over connections, each once, from its first connection in the file's order.
-
-    A path goes on from an input to those outputs of its FMU that the input reaches; it may pass an FMU
-    again by another output, as the force loop passes the compensator with the force and with the command,
-    but no signal twice.
-    """
-    follows = {
-        i: [j for j, next_wire in enumerate(system.wires) if _follows(system, wire, next_wire)]
-        for i, wire in enumerate(system.wires)
-    }
-    for start in range(len(entries)):
-        for path in _closed(entries, follows, start, (start,)):
-            yield Loop(tuple(entries[i] for i in path))
-
-
-def _follows(system: System, wire: Wire, next_wire: Wire) -> bool:
-    through, port = wire.target, next_wire.source
-    if through.instance != port.instance:
-        return False
-    description = system.instances[through.instance].description
-    return description.reaches(through.variable.name, port.variable.name)
-
-
-def _closed(
-    entries: Sequence[Entry], follows: Mapping[int, Sequence[int]], start: int, path: tuple[int, ...]
-) -> Iterator[tuple[int, ...]]:
-    passed = {entries[i].source for i in path}
-    for i in follows[path[-1]]:
-        if i == start:
-            yield path
-        elif i > start and entries[i].source not in passed:
-            yield from _closed(entries, follows, start, (*path, i))

@@ -7,6 +7,7 @@ from typing import Any
 
 import click
 
+from ..algebraic import algebraic_loops
 from ..experiment import Experiment, Request, prepare
 from ..ledger import Entry, Ledger
 from .common import CONFIG, FLAVOUR, JSON, SET, VARIANT, answers_errors, print_json, show_building
@@ -38,6 +39,10 @@ def _as_dict(experiment: Experiment) -> dict[str, Any]:
         "connections": [_entry_dict(e) for e in ledger.entries],
         "loops": [{"path": p.path, "steps": p.steps, "seconds": p.seconds} for p in ledger.loops],
         "loops_complete": ledger.complete,
+        "algebraic_loops": [
+            {"signals": loop.signals, "solved": loop.is_solved, "explanation": loop.explain()}
+            for loop in algebraic_loops(experiment.system, experiment.schedule)
+        ],
     }
 
 
@@ -60,7 +65,11 @@ def _lines(experiment: Experiment) -> list[str]:
         rates = [n for n in (experiment.schedule.every[name] for name in group) if n > 1]
         lines.append(f"  {i}. {' | '.join(group)}" + (f"   every {rates[0]} ticks" if rates else ""))
     lines += ["", "Delay of each connection: age of the value when it is used, and what its target adds"]
-    return lines + _table(experiment.ledger) + _loop_lines(experiment.ledger)
+    lines += _table(experiment.ledger) + _loop_lines(experiment.ledger)
+    algebraic = algebraic_loops(experiment.system, experiment.schedule)
+    if algebraic:
+        lines += ["", "Algebraic loops: every FMU on them hands the value through at once"]
+    return lines + [f"  {loop.explain()}" for loop in algebraic]
 
 
 def _table(ledger: Ledger) -> list[str]:
