@@ -48,7 +48,7 @@ def algebraic_loops(system: System, schedule: Schedule) -> list[AlgebraicLoop]:
 
 
 def _hands_through(description: Description, input_name: str, output_name: str) -> bool:
-    return input_name in description.feedthrough.get(output_name, (input_name,))
+    return input_name in description.feedthrough.get(output_name, ())
 
 
 def _loop(schedule: Schedule, wires: list[Wire]) -> AlgebraicLoop:

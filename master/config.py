@@ -12,6 +12,7 @@ from pydantic import (
     ConfigDict,
     Field,
     ValidationError,
+    ValidationInfo,
     field_validator,
     model_validator,
 )
@@ -143,18 +144,19 @@ class Config(Part):
     events: list[Event] = []
     limits: dict[Signal, Annotated[float, Field(gt=0.0)]] = {}
 
-    @model_validator(mode="after")
-    def _whole_steps(self) -> Config:
-        ticks = (self.stop_time - self.start_time) / self.step_size
-        if not self.stop_time > self.start_time:
-            raise ValueError(f"stop_time: not after start_time, got {self.stop_time} s")
+    @field_validator("stop_time")
+    @classmethod
+    def _whole_steps(cls, stop_time: float, info: ValidationInfo) -> float:
+        if not {"step_size", "start_time"} <= info.data.keys():
+            return stop_time
+        ticks = (stop_time - info.data["start_time"]) / info.data["step_size"]
+        if not ticks > 0.0:
+            raise ValueError("not after start_time")
         if ticks > MOST_TICKS:
-            raise ValueError(f"stop_time: too many steps, got {ticks:.3g}, expected at most {MOST_TICKS:.3g}")
+            raise ValueError(f"{ticks:.3g} steps, expected at most {MOST_TICKS:.3g}")
         if abs(ticks - round(ticks)) > 1e-6 * max(1.0, ticks * 1e-3):
-            raise ValueError(
-                f"stop_time: not a whole number of steps after start_time, got {ticks:.9g} steps"
-            )
-        return self
+            raise ValueError(f"{ticks:.9g} steps after start_time, expected a whole number")
+        return stop_time
 
     @property
     def n_ticks(self) -> int:

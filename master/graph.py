@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
@@ -10,6 +9,7 @@ from .config import Connection, LoadedConfig, Value
 from .description import Description, Kind, Variable
 from .errors import ConfigError, expected
 from .units import Conversion, conversion
+from .values import parse, settable
 
 
 @dataclass(frozen=True)
@@ -78,50 +78,6 @@ class System:
         return Port(instance, self.instances[instance].description.by_name[variable])
 
 
-def parse(variable: Variable, value: Value) -> float | str:
-    """
-    Turn a configured value into what the FMU takes; an enumeration takes its item's name.
-
-    Raises:
-        ValueError: With what is expected.
-    """
-    if variable.kind is Kind.STRING:
-        return str(value)
-    if isinstance(value, str):
-        value = _from_text(variable, value)
-    if variable.kind is Kind.BOOLEAN and value not in (0, 1):
-        raise ValueError("expected true or false")
-    if variable.items and value not in variable.items.values():
-        raise ValueError(f"expected one of {', '.join(variable.items)}")
-    if variable.kind is not Kind.REAL and not float(value).is_integer():
-        raise ValueError("expected a whole number")
-    _refuse_out_of_range(variable, float(value))
-    return float(value)
-
-
-def _from_text(variable: Variable, text: str) -> float:
-    if variable.items:
-        if text in variable.items:
-            return variable.items[text]
-        if not text.lstrip("-").isdigit():
-            raise ValueError(expected(text, variable.items))
-    if variable.kind is Kind.BOOLEAN and text in ("true", "false"):
-        return float(text == "true")
-    try:
-        return float(text)
-    except ValueError:
-        raise ValueError("expected a number") from None
-
-
-def _refuse_out_of_range(variable: Variable, value: float) -> None:
-    if not math.isfinite(value):
-        raise ValueError("expected a finite number")
-    if variable.minimum is not None and value < variable.minimum:
-        raise ValueError(f"expected at least {variable.minimum:g}")
-    if variable.maximum is not None and value > variable.maximum:
-        raise ValueError(f"expected at most {variable.maximum:g}")
-
-
 def build_system(
     loaded: LoadedConfig, descriptions: Mapping[str, Description], overrides: Mapping[str, tuple[str, Value]]
 ) -> System:
@@ -146,9 +102,10 @@ def build_system(
     for signal, (where, value) in overrides.items():
         fault = _override(instances, signal, value, connected)
         problems += [] if fault is None else [f"{where}: {fault}"]
+    problems += _variant_faults(loaded, instances, connected)
     _check_signals(loaded, descriptions, problems)
     if problems:
-        raise ConfigError(problems)
+        raise ConfigError(dict.fromkeys(problems))
     return System(instances, tuple(wires))
 
 
@@ -161,10 +118,26 @@ def _start(
         for key, value in given.items():
             where = loaded.where("fmus", name, section, key)
             try:
-                values[key] = _settable(d, name, key, value, connected)
+                values[key] = settable(d, name, key, value, connected)
             except ValueError as error:
                 problems.append(f"{where}: {error}")
     return values
+
+
+def _variant_faults(
+    loaded: LoadedConfig, instances: Mapping[str, Instance], connected: set[str]
+) -> list[str]:
+    """Faults of all variants, chosen or not."""
+    entries = (
+        (loaded.where("variants", variant, name, key), f"{name}.{key}", value)
+        for variant, fmus in loaded.config.variants.items()
+        for name, values in fmus.items()
+        for key, value in values.items()
+    )
+    faults = (
+        (where, _override(dict(instances), signal, value, connected)) for where, signal, value in entries
+    )
+    return [f"{where}: {fault}" for where, fault in faults if fault is not None]
 
 
 def _override(instances: dict[str, Instance], signal: str, value: Value, connected: set[str]) -> str | None:
@@ -174,33 +147,11 @@ def _override(instances: dict[str, Instance], signal: str, value: Value, connect
         return f"no such FMU, got {name!r}, {expected(name, instances)}"
     instance = instances[name]
     try:
-        parsed = _settable(instance.description, name, key, value, connected)
+        parsed = settable(instance.description, name, key, value, connected)
     except ValueError as error:
         return str(error)
     instances[name] = replace(instance, start={**instance.start, key: parsed})
     return None
-
-
-def _settable(d: Description, name: str, key: str, value: Value, connected: set[str]) -> float | str:
-    variable = d.by_name.get(key)
-    settable = [
-        v.name
-        for v in d.variables
-        if v.causality in ("parameter", "input") or v.initial in ("exact", "approx")
-    ]
-    if variable is None:
-        raise ValueError(
-            f"no such variable in {name} ({d.model_name}), got {key!r}, {expected(key, settable)}"
-        )
-    if key not in settable or variable.variability == "constant":
-        raise ValueError(f"cannot be set, got {key!r} (calculated by the FMU), {expected(key, settable)}")
-    if f"{name}.{key}" in connected:
-        raise ValueError(f"has two sources, got a start value and a connection to {name}.{key}, expected one")
-    try:
-        return parse(variable, value)
-    except ValueError as error:
-        unit = "" if variable.unit_name == "1" else f" {variable.unit_name}"
-        raise ValueError(f"value not allowed, got {value!r}{unit}, {error}") from None
 
 
 def _wires(loaded: LoadedConfig, descriptions: Mapping[str, Description], problems: list[str]) -> list[Wire]:

@@ -17,7 +17,7 @@ import numpy as np
 from .config import Event, LoadedConfig
 from .description import Description, Variable
 from .errors import ConfigError
-from .graph import System, parse, signal_fault
+from .graph import System, signal_fault
 from .program import (
     DELAY,
     DROP,
@@ -33,6 +33,7 @@ from .program import (
     Program,
 )
 from .slave import Slave
+from .values import parse
 
 _CONDITION = re.compile(r"\s*(?P<signal>[^\s<>]+)\s*(?P<sense>[<>])\s*(?P<threshold>\S+)\s*")
 

@@ -110,7 +110,7 @@ def test_all_faults_come_at_once(faults):
 
 def test_a_stop_time_between_two_steps_is_refused(faults):
     assert faults(HEAD.replace("1.0", "0.0014")) == [
-        "system.yaml:1: file: stop_time: not a whole number of steps after start_time, got 1.4 steps"
+        "system.yaml:2: stop_time: 1.4 steps after start_time, expected a whole number, got 0.0014"
     ]
 
 
@@ -118,13 +118,13 @@ def test_a_stop_time_between_two_steps_is_refused(faults):
 def test_more_steps_than_a_double_counts_are_refused(faults, step_size):
     [fault] = faults(HEAD + f"step_size: {step_size}\n")
 
-    assert fault.startswith("system.yaml:1: file: stop_time: too many steps, got ")
-    assert fault.endswith(", expected at most 9.01e+15")
+    assert fault.startswith("system.yaml:2: stop_time: ")
+    assert fault.endswith(" steps, expected at most 9.01e+15, got 1.0")
 
 
 def test_a_stop_time_before_the_start_is_refused(faults):
     assert faults(HEAD + "start_time: 2.0\n") == [
-        "system.yaml:1: file: stop_time: not after start_time, got 1.0 s"
+        "system.yaml:2: stop_time: not after start_time, got 1.0"
     ]
 
 
@@ -139,7 +139,7 @@ def test_another_stop_time_must_fit_too(load):
     with pytest.raises(ConfigError) as caught:
         with_stop_time(config, 0.0005)
     assert caught.value.problems == [
-        "--stop-time: stop_time: not a whole number of steps after start_time, got 0.5 steps"
+        "--stop-time: 0.5 steps after start_time, expected a whole number, got 0.0005"
     ]
 
 

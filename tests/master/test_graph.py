@@ -2,8 +2,8 @@ import pytest
 from stubs import METRE, bench, clock, gain, integrator, wire
 
 from master.description import Kind, Variable
-from master.graph import parse
 from master.value_types import BOOLEAN, FLOAT64, INT32
+from master.values import parse
 
 HEAD = (
     "name: test\nstop_time: 1.0\nfmus:\n  clock: {source: clock.fmu}\n  mass:\n    source: integrator.fmu\n"
