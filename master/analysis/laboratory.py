@@ -8,8 +8,9 @@ from typing import Any
 
 from ..description import Kind
 from ..experiment import Experiment
-from ..graph import Instance, System, parse
+from ..graph import Instance, System
 from ..simulation import Grid, SlaveFactory, load, simulate
+from ..values import parse
 from .coupling import Coupled, Part
 from .realisation import StateSpace, realise
 from .responses import Question, measure, real, start_variables
@@ -69,7 +70,7 @@ class Laboratory:
         question = Question(
             instance=instance,
             inputs=inputs,
-            starts=start_variables(description, instance.start) if outputs else (),
+            starts=start_variables(description, instance.start) if outputs and not inputs else (),
             outputs=outputs,
             held=tuple(self._held[f"{name}.{v.name}"] for v in inputs),
             step_size=self.experiment.config.step_size * instance.every,

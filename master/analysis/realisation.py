@@ -88,7 +88,7 @@ def _realise(markov: Floats, dense: int) -> tuple[Floats, Floats, Floats, float]
 
 def _orders(S: Floats) -> list[int]:
     """Orders to try, smallest first: up to each tolerance of the singular values."""
-    return sorted({int(np.sum(tolerance * S[0] < S)) for tolerance in _TOLERANCES} - {0})
+    return sorted({int(np.sum(tolerance * np.max(S, initial=0.0) < S)) for tolerance in _TOLERANCES} - {0})
 
 
 def _hankel(markov: Floats, places: NDArray[np.int64], shift: int) -> Floats:

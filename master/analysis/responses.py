@@ -1,9 +1,10 @@
 """
-How one FMU answers, alone, to a pulse on each input and to a changed start value.
+How one FMU answers, alone, to a pulse on each input; one without inputs, to a changed start value.
 
-Every run starts from the same saved state, the start of the run with all inputs held. The answer is the
-central difference of the runs with +delta and -delta: noise of a fixed seed and the motion at rest cancel.
-Row j is the answer behind step j + 1; the pulse lasts for the first step.
+All pulses start from one saved state, where the FMU has settled from its start with its inputs held. The
+answer is the central difference of the runs with +delta and -delta: noise of a fixed seed and the motion
+at rest cancel. Row j is the answer behind step j + 1; the pulse lasts for the first step.
+Limits   What no input of an FMU with inputs reaches does not show.
 """
 
 from __future__ import annotations
@@ -27,6 +28,7 @@ from ..translation import build_program
 Floats = NDArray[np.float64]
 
 N_STEPS = 640
+N_SETTLING = 1000
 _RELATIVE_DELTA = 1e-2
 _SCALES = {"m": 1e-2, "m/s": 1e-1, "rad": 1e-2, "rad/s": 1e-1, "N": 1e2, "N m": 1e2}
 
@@ -154,15 +156,18 @@ class _Bench:
         self.program = build_program(system, schedule, {instance.name: self.slave})
         places = [self.program.place[Port(instance.name, v).name] for v in question.outputs]
         self.record = np.array(places, dtype=np.int64)
-        self.state = self.slave.save_state() if question.inputs else None
+        self.state = None
+        if question.inputs:
+            self.run(0, N_SETTLING)
+            self.state = self.slave.save_state()
 
     def pulse(self, place: int, delta: float) -> Floats:
         """Run with one input raised during the first step, and go back to the start."""
         variable, value = self.question.inputs[place], self.question.held[place]
         self.slave.set([variable], [value + delta])
-        first = self.run(0, 1)
+        first = self.run(N_SETTLING, N_SETTLING + 1)
         self.slave.set([variable], [value])
-        rows = np.concatenate([first, self.run(1, N_STEPS)])
+        rows = np.concatenate([first, self.run(N_SETTLING + 1, N_SETTLING + N_STEPS)])
         self.slave.restore_state(self.state)
         return rows
 
