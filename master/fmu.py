@@ -24,6 +24,7 @@ class FmuSlave:
 
         self.name, self.description = name, description
         self._messages: list[str] = []
+        self._is_initialised = False
         self._folder = str(extract(str(description.path)))
         try:
             self._fmu: Any = self._instantiate()
@@ -59,6 +60,7 @@ class FmuSlave:
 
     def exit_initialisation(self) -> None:
         self._call(self._fmu.exitInitializationMode)
+        self._is_initialised = True
 
     def save_state(self) -> Any:
         """Copy the whole state; to be freed with `free_state`."""
@@ -78,7 +80,8 @@ class FmuSlave:
     def close(self, *, failed: bool) -> None:
         if not failed:
             try:
-                self._fmu.terminate()
+                if self._is_initialised:
+                    self._fmu.terminate()
                 self._free()
             except Exception as error:  # an FMU that fails at its end has given its results already
                 _logger.warning("%s: %s", self.name, error)

@@ -7,6 +7,7 @@
 #include "lifecycle.h"
 #include "saved_state.h"
 #include "step.h"
+#include "text.h"
 
 static const char CATEGORY[] = "logStatusError";
 
@@ -14,11 +15,18 @@ static fmi2Status status_of(bool is_ok) {
     return is_ok ? fmi2OK : fmi2Error;
 }
 
-static void log_error(const Instance *instance, const char *message) {
-    const fmi2CallbackLogger logger = (fmi2CallbackLogger)instance->callback;
+/* The message is the format itself: hosts written in Python cannot read the arguments behind it. */
+static void say(fmi2CallbackLogger logger, fmi2ComponentEnvironment environment, const char *name,
+                const char *message) {
     if (logger != NULL) {
-        logger(instance->environment, instance->name, fmi2Error, CATEGORY, "%s", message);
+        Text format = {.length = 0};
+        text_append_format(&format, message);
+        logger(environment, name, fmi2Error, CATEGORY, format.at);
     }
+}
+
+static void log_error(const Instance *instance, const char *message) {
+    say((fmi2CallbackLogger)instance->callback, instance->environment, instance->name, message);
 }
 
 const char *fmi2GetTypesPlatform(void) {
@@ -47,10 +55,8 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
     }
     Instance *instance = problem == NULL ? instance_create(name) : NULL;
     if (instance == NULL) {
-        if (functions->logger != NULL) {
-            functions->logger(functions->componentEnvironment, name != NULL ? name : "", fmi2Error, CATEGORY,
-                              "%s", problem != NULL ? problem : "out of memory");
-        }
+        say(functions->logger, functions->componentEnvironment, name != NULL ? name : "",
+            problem != NULL ? problem : "out of memory");
         return NULL;
     }
     instance->environment = functions->componentEnvironment;

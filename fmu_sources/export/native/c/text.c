@@ -19,6 +19,12 @@ void text_append(Text *text, const char *format, ...) {
     }
 }
 
+void text_append_format(Text *text, const char *plain) {
+    for (const char *c = plain; *c != '\0'; c++) {
+        text_append(text, *c == '%' ? "%%%%" : "%c", *c);
+    }
+}
+
 /* Digits without sign and point, and the decimal exponent of the first one; returns their count. */
 static int shortest_digits(double magnitude, char digits[MOST_DIGITS + 1], int *exponent) {
     char written[40];

@@ -15,6 +15,9 @@ typedef struct {
 /* Append in the manner of printf; what does not fit is cut off. */
 void text_append(Text *text, const char *format, ...);
 
+/* Append a text as a format of printf that prints it. */
+void text_append_format(Text *text, const char *plain);
+
 /* Append a number: the shortest digits that read back as the same double, whatever the locale. */
 void text_append_number(Text *text, double value);
 

@@ -12,7 +12,7 @@ from fmu_sources.variables import Variable
 
 GUID = "{00000000-0000-0000-0000-000000000000}"
 
-_Logger2 = ctypes.CFUNCTYPE(None, c_void_p, c_char_p, c_int, c_char_p, c_char_p, c_char_p)
+_Logger2 = ctypes.CFUNCTYPE(None, c_void_p, c_char_p, c_int, c_char_p, c_char_p)
 _Logger3 = ctypes.CFUNCTYPE(None, c_void_p, c_int, c_char_p, c_char_p)
 
 
@@ -154,7 +154,7 @@ class Fmu2(Fmu):
     types: ClassVar = {"real": c_double, "integer": c_int, "enumeration": c_int, "boolean": c_int}
 
     def _instantiate(self, guid: bytes, name: bytes) -> c_void_p:
-        self.logger = _Logger2(lambda _e, _n, _s, _c, _f, text: self.messages.append(text.decode()))
+        self.logger = _Logger2(lambda _e, _n, _s, _c, text: self.messages.append(text.decode()))
         self.callbacks = _Callbacks(self.logger, None, None, None, None)
         create = self.library.fmi2Instantiate
         create.restype = c_void_p
