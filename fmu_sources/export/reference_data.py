@@ -18,6 +18,17 @@ from .facts import document
 
 FOLDER = "extra/org.fmi-standard.fmi-ls-ref"
 MANIFEST_NAMESPACE = "http://fmi-standard.org/fmi-ls-manifest"
+ROUNDING, INTEGRATION, MOTOR_ELECTRICS = 1e-12, 1e-8, 5e-5
+AGREEMENT = {
+    "spacecraft": ROUNDING,
+    "motion_simulator": MOTOR_ELECTRICS,
+    "motion_simulator_linear": INTEGRATION,
+    "docking_contact": INTEGRATION,
+    "force_sensor": ROUNDING,
+    "compensator": ROUNDING,
+    "real_docking": INTEGRATION,
+}
+"""How close the FMU comes to the exact outputs, relative to the largest value of each."""
 
 
 def reference_paths(model: Model, model_file: Path) -> list[Path]:
@@ -77,6 +88,13 @@ def _manifest(name: str) -> bytes:
     for source, kind, role, description in related:
         ET.SubElement(root, "Related", source=source, type=kind, role=role, description=description)
     return document(root)
+
+
+def _about_result(name: str) -> str:
+    return (
+        "Expected outputs after the step that ends at the row's time; "
+        f"agree to {AGREEMENT[name]} of the largest value of each"
+    )
 
 
 def _experiments(name: str, stop: str, step: str) -> bytes:

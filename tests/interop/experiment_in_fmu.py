@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import json
 import zipfile
 from dataclasses import dataclass
@@ -10,7 +9,7 @@ from pathlib import Path
 from xml.etree import ElementTree as ET
 
 import numpy as np
-from fmpy import read_model_description
+from fmpy import read_model_description, simulate_fmu
 
 FOLDER = "extra/org.fmi-standard.fmi-ls-ref"
 SSV = "{http://ssp-standard.org/SSP1/SystemStructureParameterValues}"
@@ -97,4 +96,22 @@ def value_of(element: ET.Element) -> float | int | bool:
 
 
 def table(content: bytes) -> np.ndarray:
-    return np.genfromtxt(io.BytesIO(content), delimiter=",", names=True)
+    """Read a CSV; names with brackets stay as they are."""
+    lines = content.decode().splitlines()
+    names = [name.strip('"') for name in lines[0].split(",")]
+    return np.array(
+        [tuple(map(float, line.split(","))) for line in lines[1:]], dtype=[(n, float) for n in names]
+    )
+
+
+def in_fmpy(given: Vectors, fmu: Path, start_values: dict) -> np.ndarray:
+    result = simulate_fmu(
+        str(fmu),
+        stop_time=0.25,
+        step_size=given.step,
+        output_interval=given.step,
+        start_values=start_values,
+        input=given.inputs,
+        output=given.output_names,
+    )
+    return np.column_stack([result[name] for name in given.output_names])

@@ -10,6 +10,7 @@ from io import BytesIO
 from pathlib import Path
 
 import pytest
+from experiment_in_fmu import in_fmpy, vectors
 from fmpy.validation import validate_fmu
 from other_tools import importable, require
 
@@ -17,6 +18,7 @@ from fmu_sources import registry
 from fmu_sources.export import build
 from fmu_sources.export.native_flavour import host_binaries, native_sources, pack_native
 from fmu_sources.export.python_flavour import build_python
+from fmu_sources.export.reference_data import AGREEMENT
 from fmu_sources.export.release import release_models
 
 pytestmark = pytest.mark.slow
@@ -46,6 +48,16 @@ def test_native_fmus_are_valid_and_build_to_the_same_bytes(name: str, tmp_path: 
 
         assert validate_fmu(path) == []
     assert fmus(name) == built
+
+
+@each_model
+def test_fmpy_gets_the_reference_outputs_of_every_fmu(name: str, tmp_path: Path) -> None:
+    for version, content in fmus(name).items():
+        path = tmp_path / f"{name}_{version}.fmu"
+        path.write_bytes(content)
+        given = vectors(path)
+
+        assert given.largest_deviation(in_fmpy(given, path, given.parameters)) <= AGREEMENT[name]
 
 
 @each_model

@@ -12,27 +12,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from container import build_container
-from experiment_in_fmu import BOUND, Vectors
-from fmpy import read_model_description, simulate_fmu
+from experiment_in_fmu import BOUND, Vectors, in_fmpy
+from fmpy import read_model_description
 from other_tools import importable, require, unpack_library
 
 pytestmark = pytest.mark.slow
 
 ZIG = [sys.executable, "-m", "ziglang", "cc"]
 ZIG_EXTRA = "pip install -e '.[native]'"
-
-
-def in_fmpy(given: Vectors, fmu: Path, start_values: dict) -> np.ndarray:
-    result = simulate_fmu(
-        str(fmu),
-        stop_time=0.25,
-        step_size=given.step,
-        output_interval=given.step,
-        start_values=start_values,
-        input=given.inputs,
-        output=given.output_names,
-    )
-    return np.column_stack([result[name] for name in given.output_names])
 
 
 def in_peer(python: Path, script: str, given: Vectors, folder: Path) -> np.ndarray:

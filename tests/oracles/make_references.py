@@ -9,6 +9,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parent))
 
 import compensator_reference
+import hexapod_reference
 import linear_references
 from reference_experiment import Experiment
 
@@ -18,6 +19,7 @@ MAKERS: dict[str, tuple[str, Callable[[], Experiment]]] = {
     "compensator": ("compensator", compensator_reference.experiment),
     "spacecraft": ("spacecraft", linear_references.spacecraft),
     "motion_simulator_linear": ("motion_simulator", linear_references.motion_simulator_linear),
+    "motion_simulator": ("motion_simulator", hexapod_reference.experiment),
     "docking_contact": ("docking_contact", linear_references.docking_contact),
     "real_docking": ("real_docking", linear_references.real_docking),
     "force_sensor": ("force_sensor", linear_references.force_sensor),

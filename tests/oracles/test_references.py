@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import zipfile
+from functools import cache
 from xml.etree import ElementTree as ET
 
 import make_references
@@ -13,26 +14,23 @@ from reference_experiment import Experiment
 
 from fmu_sources import registry
 from fmu_sources.export.native_flavour import NativeSources, pack_native
-from fmu_sources.export.reference_data import FOLDER, reference_files, reference_paths
+from fmu_sources.export.reference_data import AGREEMENT, FOLDER, reference_files, reference_paths
 from fmu_sources.instance import Instance
 
 LARGEST_FILE = 60_000
-ROUNDING, INTEGRATION = 1e-12, 1e-8
-BOUNDS = {
-    "compensator": ROUNDING,
-    "spacecraft": ROUNDING,
-    "force_sensor": ROUNDING,
-    "motion_simulator_linear": INTEGRATION,
-    "docking_contact": INTEGRATION,
-    "real_docking": INTEGRATION,
-}
+REPEATABLE = {"motion_simulator": 1e-8}  # its integrator chooses its steps; the others: rounding of libraries
+SLOW = {"motion_simulator"}
 
 each_model = pytest.mark.parametrize("name", make_references.MAKERS)
+each_computed = pytest.mark.parametrize(
+    "name",
+    [pytest.param(n, marks=pytest.mark.slow if n in SLOW else ()) for n in make_references.MAKERS],
+)
 
 
-@pytest.fixture(scope="module")
-def made() -> dict[str, Experiment]:
-    return {name: maker() for name, (_, maker) in make_references.MAKERS.items()}
+@cache
+def made(name: str) -> Experiment:
+    return make_references.MAKERS[name][1]()
 
 
 def read(content: bytes) -> np.ndarray:
@@ -53,10 +51,10 @@ def answers(experiment: Experiment) -> np.ndarray:
     return np.array(rows)
 
 
-@each_model
-def test_the_oracle_gives_the_committed_files(made, name):
+@each_computed
+def test_the_oracle_gives_the_committed_files(name):
     folder = make_references.folder_of(name)
-    for file, content in made[name].files().items():
+    for file, content in made(name).files().items():
         committed = (folder / file).read_bytes()
         assert len(committed) <= LARGEST_FILE
         if not file.endswith("_out.csv"):
@@ -65,22 +63,23 @@ def test_the_oracle_gives_the_committed_files(made, name):
         new, old = read(content), read(committed)
         assert new.dtype.names == old.dtype.names
         for column in new.dtype.names:
-            assert new[column] == pytest.approx(old[column], rel=1e-13, abs=1e-13 * np.abs(old[column]).max())
+            bound = REPEATABLE.get(name, 1e-13) * np.abs(old[column]).max()
+            assert np.abs(new[column] - old[column]).max() <= bound, column
 
 
-@each_model
-def test_the_model_gives_the_reference_outputs(made, name):
-    experiment = made[name]
+@each_computed
+def test_the_model_gives_the_reference_outputs(name):
+    experiment = made(name)
     got = answers(experiment)
     for column, (output, expected) in zip(got.T, experiment.outputs.items(), strict=True):
-        bound = BOUNDS[name] * float(np.abs(expected).max())
+        bound = AGREEMENT[name] * float(np.abs(expected).max())
 
         assert np.abs(column - expected.astype(float)).max() <= bound, output
 
 
-@each_model
-def test_every_output_moves(made, name):
-    assert all(np.ptp(np.asarray(v, dtype=float)) > 0 for v in made[name].outputs.values())
+@each_computed
+def test_every_output_moves(name):
+    assert all(np.ptp(np.asarray(v, dtype=float)) > 0 for v in made(name).outputs.values())
 
 
 @each_model
@@ -104,11 +103,11 @@ def test_a_rig_has_no_reference_experiment():
     assert reference_files(registry.load(name), registry.model_files()[name]) == {}
 
 
-@each_model
-def test_the_columns_are_inputs_and_outputs_of_the_model(made, name):
+@each_computed
+def test_the_columns_are_inputs_and_outputs_of_the_model(name):
     model = registry.load(name)
     names = {v.name for v in model.all_variables}
 
-    assert set(made[name].inputs) == set(model.inputs.names)
-    assert set(made[name].outputs) | set(made[name].parameters) <= names
+    assert set(made(name).inputs) == set(model.inputs.names)
+    assert set(made(name).outputs) | set(made(name).parameters) <= names
     assert len(reference_paths(model, registry.model_files()[name])) == 3
