@@ -12,10 +12,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from .tables import Array
 
+Mask = NDArray[np.bool_]
 Simulate = Callable[[Array], Array]
 FAR = 1e4
 STEP = 1e-5
@@ -64,7 +66,7 @@ class Fit:
 def fit(
     candidate: Candidate,
     measured: Array,
-    in_use: Array,
+    in_use: Mask,
     *,
     size: Array | None = None,
     evaluations: int = 30,
@@ -79,7 +81,7 @@ def fit(
         size: Scale of each output, shape (outputs,); rms of the measurement if None.
         evaluations: Largest number of residual evaluations from each start, without those for the gradient.
     """
-    rows = np.asarray(in_use, dtype=bool)
+    rows: Mask = np.asarray(in_use, dtype=bool)
     problem = _Problem(candidate, measured, rows, _size(measured, rows) if size is None else size)
     if not candidate.parameters:
         return problem.result(
@@ -111,7 +113,7 @@ def bounded(residual: Array) -> Array:
 class _Problem:
     """Scaled residual of a candidate."""
 
-    def __init__(self, candidate: Candidate, measured: Array, rows: Array, size: Array) -> None:
+    def __init__(self, candidate: Candidate, measured: Array, rows: Mask, size: Array) -> None:
         self.candidate, self.measured, self.rows, self.size = candidate, measured, rows, size
         ps = candidate.parameters
         self.scale = np.array([p.scale for p in ps])
@@ -157,6 +159,6 @@ class _Problem:
         )
 
 
-def _size(measured: Array, rows: Array) -> Array:
+def _size(measured: Array, rows: Mask) -> Array:
     size = measured[rows].std(axis=0)
     return np.where(size > 0.0, size, 1.0)

@@ -16,6 +16,7 @@ FEWEST_SAMPLES = 200
 JITTER = 0.05
 GAP = 1.5
 CLOCK_TOLERANCE = 1e-3
+CLOCK = "(time of the row)"
 
 
 @dataclass(frozen=True)
@@ -63,26 +64,29 @@ class Recording:
 
 def read(
     path: str | Path,
-    time: Column,
+    time: Column | None,
     columns: Mapping[str, Column],
     *,
     rules: Rules | None = None,
     array: str | None = None,
+    rows: tuple[int, int] | None = None,
 ) -> Recording:
     """
     Read a recording; nothing is resampled, filled or cut.
 
     Args:
         path: CSV, MAT, NPZ or Parquet file.
-        time: Column of the time.
+        time: Column of the time; None: rows are `rules.period` apart.
         columns: Signal to column.
         rules: What the recording must keep.
         array: Name of a two-dimensional array in an NPZ or MAT.
+        rows: First row to take, and the first not to take.
 
     Raises:
         DataError: With every fault, row and column.
     """
-    table, rules = read_table(path, array), rules or Rules()
+    table, rules = _cut(read_table(path, array), rows), rules or Rules()
+    time = time or _clock(table, rules)
     where = f"{table.path}" if array is None else f"{table.path}[{array}]"
     wanted = {"time": time, **columns}
     problems = [*_missing(table, wanted, where), *_units(wanted, where), *_cells(table, wanted, where)]
@@ -94,6 +98,22 @@ def read(
     if problems:
         raise DataError("\n".join(problems))
     return Recording(array or table.path.stem, t, signals, float((t[-1] - t[0]) / (len(t) - 1)))
+
+
+def _cut(table: Table, rows: tuple[int, int] | None) -> Table:
+    if rows is not None:
+        table.columns = {name: values[rows[0] : rows[1]] for name, values in table.columns.items()}
+        table.first_row += rows[0]
+    return table
+
+
+def _clock(table: Table, rules: Rules) -> Column:
+    """Add a column of times where the recording has none."""
+    if rules.period is None:
+        raise DataError(f"{table.path}: no time, expected a column or a period")
+    longest = max((len(values) for values in table.columns.values()), default=0)
+    table.columns[CLOCK] = np.arange(longest) * rules.period
+    return Column(CLOCK, "s")
 
 
 def _signal(values: Array, c: Column) -> Array:

@@ -1,0 +1,183 @@
+"""
+Replay at the speed of C: a chain of FMUs is stepped over arrays of measured inputs.
+
+The functions of the FMUs are called by address from one compiled loop, as in `master/stepping.py`, but the
+inputs come from a table and the outputs go to one: a replay of 10 000 steps takes some 10 ms.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import calls
+from ..description import Description, Kind, Variable
+from ..errors import ConfigError, FmuError
+from ..fmi2 import Fmi2Slave
+from ..value_types import FLOAT64
+from .tables import Array
+
+Integers = NDArray[np.int64]
+MEASURED, WIRED = 0, 1
+N_FIELDS = 12
+WARNING = 1
+_REAL = (Kind.REAL, FLOAT64)
+
+
+@dataclass(frozen=True)
+class Link:
+    """One FMU of a chain: what drives its inputs and what is read from it."""
+
+    name: str
+    description: Description
+    measured: Mapping[str, int]
+    wired: Mapping[str, str]
+    read: tuple[str, ...]
+
+
+class _Slave(Fmi2Slave):
+    def restart(self, start: Mapping[str, float | str]) -> None:
+        self._messages.clear()
+        self._call(self._fmu.reset)
+        self.enter_initialisation(start, 0.0)
+
+
+def _play(fmus, moves, data, table, places, out, grid, clock):  # type: ignore[no-untyped-def]  # compiled
+    first, n, every = grid
+    t0, h = clock
+    for j in range(n):
+        for i in range(len(fmus)):
+            fmu = fmus[i]
+            for q in range(fmu[10], fmu[11]):
+                if moves[q, 1] == 0:
+                    table[moves[q, 0]] = data[first + j + 1, moves[q, 2]]
+                else:
+                    table[moves[q, 0]] = table[moves[q, 2]]
+            at = table.ctypes.data
+            if fmu[5] > 0:
+                calls.exchange(fmu[2], fmu[0], fmu[4], fmu[5], at + 8 * fmu[6])
+            if calls.do_step(fmu[1], fmu[0], t0 + j * h, h) > 1:
+                return j
+            if fmu[8] > 0:
+                calls.exchange(fmu[3], fmu[0], fmu[7], fmu[8], at + 8 * fmu[9])
+        if (j + 1) % every == 0:
+            for q in range(len(places)):
+                out[(j + 1) // every, q] = table[places[q]]
+    return n
+
+
+@cache
+def _compiled() -> Any:
+    from numba import njit
+
+    return njit(cache=True)(_play)
+
+
+class Player:
+    """
+    A chain of loaded FMUs; `names` are the signals that a replay gives, `instance.variable`.
+
+    Raises:
+        FmuError: If one cannot be loaded.
+    """
+
+    def __init__(self, chain: Sequence[Link]) -> None:
+        self.chain = list(chain)
+        self.slaves: list[_Slave] = []
+        for link in chain:
+            if link.description.version != 2:
+                version = link.description.fmi_version
+                raise ConfigError([f"{link.name}: FMI version, got {version}, expected 2.0 for a replay"])
+            self.slaves.append(_Slave(link.name, link.description))
+        self.names = [f"{link.name}.{variable}" for link in chain for variable in link.read]
+        self._lay_out()
+
+    def play(
+        self,
+        values: Mapping[str, Mapping[str, float | str]],
+        data: Array,
+        segment: tuple[int, int],
+        step: float,
+        every: int = 1,
+    ) -> Array:
+        """
+        Replay one stretch from initialised FMUs; shape (rows, names), NaN from a failure on.
+
+        Args:
+            values: FMU to parameters and start values.
+            data: Measured inputs at every step, shape (steps + 1, columns).
+            segment: First row and number of steps in `data`.
+            step: Length of a step [s].
+            every: Steps from one row of the result to the next.
+        """
+        first, n = segment
+        out = np.full((n // every + 1, len(self.names)), np.nan)
+        try:
+            self._initialise(values, data[first])
+        except FmuError:
+            return out
+        out[0] = self.table[self.places]
+        clock, grid = (first * step, step), (first, n, every)
+        _compiled()(self.fmus, self.moves, data, self.table, self.places, out, grid, clock)
+        return out
+
+    def close(self) -> None:
+        """Unload the FMUs."""
+        for slave in self.slaves:
+            slave.close(failed=False)
+        self.slaves = []
+
+    def _initialise(self, values: Mapping[str, Mapping[str, float | str]], row: Array) -> None:
+        for i, (slave, link) in enumerate(zip(self.slaves, self.chain, strict=True)):
+            fmu = self.fmus[i]
+            slave.restart(values.get(link.name, {}))
+            for dest, kind, source in self.moves[fmu[10] : fmu[11]]:
+                self.table[dest] = row[source] if kind == MEASURED else self.table[source]
+            at = self.table.ctypes.data
+            if fmu[5]:
+                calls.exchange(fmu[2], fmu[0], fmu[4], fmu[5], at + 8 * int(fmu[6]))
+            slave.exit_initialisation()
+            calls.exchange(fmu[3], fmu[0], fmu[7], fmu[8], at + 8 * int(fmu[9]))
+
+    def _lay_out(self) -> None:
+        """Give every input and output a place in the table."""
+        place: dict[str, int] = {}
+        for link in self.chain:
+            for variable in (*link.measured, *link.wired, *link.read):
+                place.setdefault(f"{link.name}.{variable}", len(place))
+        self.table = np.zeros(len(place))
+        self.places = np.array([place[name] for name in self.names], dtype=np.int64)
+        self._references: list[Any] = []
+        fmus = np.zeros((len(self.chain), N_FIELDS), dtype=np.int64)
+        moves: list[tuple[int, int, int]] = []
+        for i, (link, slave) in enumerate(zip(self.chain, self.slaves, strict=True)):
+            c = slave.interface()
+            begin = len(moves)
+            for v, column in link.measured.items():
+                moves.append((place[f"{link.name}.{v}"], MEASURED, column))
+            for v, source in link.wired.items():
+                moves.append((place[f"{link.name}.{v}"], WIRED, place[source]))
+            inputs, outputs = [*link.measured, *link.wired], list(link.read)
+            fmus[i, :4] = (c.component, c.do_step, c.setters[_REAL], c.getters[_REAL])
+            fmus[i, 4:7] = (self._addresses(link, inputs), len(inputs), moves[begin][0] if inputs else 0)
+            at = place[f"{link.name}.{outputs[0]}"] if outputs else 0
+            fmus[i, 7:10] = (self._addresses(link, outputs), len(outputs), at)
+            fmus[i, 10:] = (begin, len(moves))
+        self.fmus, self.moves = fmus, np.array(moves or [(0, 0, 0)], dtype=np.int64).reshape(-1, 3)
+
+    def _addresses(self, link: Link, names: Sequence[str]) -> int:
+        references = np.array([_real(link, n).reference for n in names] or [0], dtype=np.uint32)
+        self._references.append(references)
+        return int(references.ctypes.data)
+
+
+def _real(link: Link, name: str) -> Variable:
+    variable = link.description.by_name[name]
+    if variable.kind is not Kind.REAL:
+        raise ConfigError([f"{link.name}.{name}: kind, got {variable.kind.value}, expected Real in a replay"])
+    return variable

@@ -1,0 +1,156 @@
+"""
+Which effects are worth a fit: one step of Gauss-Newton for each, at a few shapes.
+
+The residual is regressed on the response of the outputs to the effect, beside the sensitivities of what is
+fitted already. Parameters of which `absent` says that they are zero without the effect are amplitudes: the
+regression gives their size. The others are shapes and are tried.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from .fitting import STEP, Fit, bounded
+from .study import Extended, Study
+from .tables import Array
+from .variants import Added, fixed_values, parameters
+
+FACTORS = (0.3, 1.0, 3.0)
+RESPONSE_STEP = 1e-4
+
+
+@dataclass(frozen=True)
+class Screened:
+    """An effect with first guesses; `gain` is the share of the fitted residual power that it promises."""
+
+    extended: Extended
+    starts: tuple[Mapping[str, float], ...]
+    gain: float
+
+
+class Tangent:
+    """The fitted model so far, linearised: residual and sensitivities on the rows that are fitted on."""
+
+    def __init__(self, study: Study, chosen: Extended, found: Fit) -> None:
+        self.study, self.chosen, self.found = study, chosen, found
+        self.rows = study.fit_rows
+        self.fitted = (*study.base, *chosen.parameters)
+        self.values = dict(chosen.fixed) | dict(found.values)
+        self.residual = self._scaled(study.measured - found.predicted)
+        self.columns = [self._sensitivity(p.name, p.scale) for p in self.fitted]
+        prior = [
+            p.scale * RESPONSE_STEP / (p.spread * RESPONSE_STEP) if p.spread else 0.0 for p in self.fitted
+        ]
+        self.prior = np.diag(prior)
+        self.prior_left = np.array(
+            [(p.start - found.values[p.name]) / p.spread if p.spread else 0.0 for p in self.fitted]
+        )
+        self.power = self._power([], [])[0]
+
+    def response(self, extended: Extended, values: Mapping[str, float]) -> Array:
+        """Scaled change of the outputs that other values of a model with effects make."""
+        given = self.values | dict(extended.fixed) | dict(values)
+        return self._scaled(self.study.simulate(extended.added, given) - self.found.predicted)
+
+    def gain(self, responses: Sequence[Array], low: Sequence[float]) -> tuple[float, Array]:
+        """Share of the power that responses take away, and their factors, none below its bound."""
+        power, factors = self._power(responses, low)
+        return 1.0 - power / self.power, factors
+
+    def _power(self, responses: Sequence[Array], low: Sequence[float]) -> tuple[float, Array]:
+        keep = list(range(len(responses)))
+        factors = np.zeros(len(responses))
+        while True:
+            matrix = np.column_stack(
+                [*self.columns, *(responses[i] for i in keep)] or [np.zeros_like(self.residual)]
+            )
+            n = len(self.columns)
+            below = np.zeros((n, matrix.shape[1]))
+            below[:, :n] = self.prior
+            whole = np.vstack([matrix, below])
+            target = np.concatenate([self.residual, self.prior_left])
+            solution = np.linalg.lstsq(whole, target, rcond=1e-10)[0]
+            found = solution[n : n + len(keep)]
+            wrong = [i for i, f in zip(keep, found, strict=True) if f < low[i]]
+            if not wrong:
+                break
+            keep = [i for i in keep if i not in wrong]
+        for i, f in zip(keep, found, strict=True):
+            factors[i] = f
+        left = target - whole @ solution
+        return float(left @ left), factors
+
+    def _sensitivity(self, name: str, scale: float) -> Array:
+        step = 10.0 * STEP
+        moved = self.values | {name: self.values[name] + step * scale}
+        change = self.study.simulate(self.chosen.added, moved) - self.found.predicted
+        return self._scaled(change) / step
+
+    def _scaled(self, values: Array) -> Array:
+        return np.asarray(bounded(values / self.study.size)[self.rows].ravel())
+
+
+def screened(study: Study, chosen: Extended, found: Fit, wanted: Sequence[Added]) -> list[Screened]:
+    """Try all effects on the model so far, best first."""
+    tangent = Tangent(study, chosen, found)
+    tried = [_best(study, tangent, added) for added in wanted]
+    return sorted((s for s in tried if s is not None), key=lambda s: -s.gain)
+
+
+def _best(study: Study, tangent: Tangent, added: Added) -> Screened | None:
+    """The best shape and side of one effect."""
+    sizes = study.sizes(f"{added.fmu}.{added.slot}")
+    found: list[tuple[float, Extended, dict[str, float]]] = []
+    for variant in added.law.variants:
+        own = parameters(added, sizes)
+        extended = Extended(
+            (*tangent.chosen.added, added),
+            dict(tangent.chosen.fixed) | fixed_values(added, sizes, variant),
+            (*tangent.chosen.started_at(tangent.found.values).parameters, *own),
+        )
+        amplitudes = [p for p in own if _is_amplitude(added, p.name)]
+        shapes = [p for p in own if p not in amplitudes]
+        for factor in FACTORS if shapes else (1.0,):
+            at = {p.name: min(max(factor * p.start, p.low), p.high) for p in shapes}
+            gain, sized = _sized(tangent, extended, added, at)
+            found.append((gain, extended, at | sized))
+    found = sorted((f for f in found if np.isfinite(f[0])), key=lambda f: -f[0])
+    if not found:
+        return None
+    gain, extended, _ = found[0]
+    starts = tuple(guess for _, e, guess in found if e == extended)[:2]
+    return Screened(extended, starts, gain)
+
+
+def _sized(
+    tangent: Tangent, extended: Extended, added: Added, at: Mapping[str, float]
+) -> tuple[float, dict[str, float]]:
+    """Gain and amplitudes at one shape."""
+    own = extended.parameters[len(tangent.chosen.parameters) :]
+    amplitudes = [p for p in own if _is_amplitude(added, p.name)]
+    if not amplitudes:
+        return tangent.gain([tangent.response(extended, at)], [0.0])[0], {}
+    absent = {p.name: 0.0 for p in amplitudes}
+    typical = {p.name: min(max(p.start, p.low), p.high) for p in amplitudes}
+    groups = [typical] if added.law.states else [absent | {n: v} for n, v in typical.items()]
+    responses = [tangent.response(extended, {**at, **group}) for group in groups]
+    low = [0.0 if p.low >= 0.0 else -np.inf for p in amplitudes][: len(groups)]
+    gain, factors = tangent.gain(responses, low)
+    shares = (
+        dict.fromkeys(typical, factors[0]) if added.law.states else dict(zip(typical, factors, strict=True))
+    )
+    small = {p.name: 1e-2 * typical[p.name] if p.low >= 0.0 else 0.0 for p in amplitudes}
+    return gain, {
+        p.name: min(max(shares[p.name] * typical[p.name], small[p.name], p.low), p.high)
+        if p.low >= 0.0
+        else min(max(shares[p.name] * typical[p.name], p.low), p.high)
+        for p in amplitudes
+    }
+
+
+def _is_amplitude(added: Added, name: str) -> bool:
+    short = name.partition(".")[2].removeprefix(added.prefix + "_")
+    return added.law.absent.get(short) == 0.0

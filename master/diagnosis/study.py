@@ -1,0 +1,137 @@
+"""One part under study: rows to fit on and to select by, the base, and models with effects as candidates."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fmu_sources.effects.effect import Rms
+
+from .bench import Bench
+from .case import Case
+from .fitting import Candidate, Fit, Parameter, fit
+from .parts import CutSystem, Values
+from .slot_signals import Signals, sizes, slot_signals
+from .tables import Array
+from .variants import Added, Pool
+
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Extended:
+    """The base with effects: what is fixed and what is fitted of each."""
+
+    added: tuple[Added, ...] = ()
+    fixed: Mapping[str, float] = field(default_factory=dict)
+    parameters: tuple[Parameter, ...] = ()
+
+    @property
+    def name(self) -> str:
+        """The last effect, as `fmu.slot: effect`."""
+        return str(self.added[-1]) if self.added else "base"
+
+    def started_at(self, values: Mapping[str, float]) -> Extended:
+        """The same with other first guesses."""
+        moved = tuple(replace(p, start=values.get(p.name, p.start)) for p in self.parameters)
+        return replace(self, parameters=moved)
+
+
+@dataclass
+class Study:
+    """What the search needs of a part."""
+
+    system: CutSystem
+    bench: Bench
+    pool: Pool
+    base: tuple[Parameter, ...]
+    fit_rows: NDArray[np.bool_]
+    held_out: list[slice]
+    progress: Progress
+    size: Array = field(default_factory=lambda: np.ones(1))
+    signals: Signals = field(default_factory=dict)
+
+    @property
+    def measured(self) -> Array:
+        """Measured outputs, shape (rows, outputs)."""
+        return self.bench.measured
+
+    def simulate(self, added: tuple[Added, ...], values: Mapping[str, float]) -> Array:
+        """Replay with effects and values by `fmu.variable`; shape (rows, outputs)."""
+        return self.bench.predict(self.pool.player(added), merged(self.system.values, values))
+
+    def candidate(self, extended: Extended, starts: Sequence[Mapping[str, float]] = ({},)) -> Candidate:
+        """Base and effects as one model to fit."""
+        parameters = (*self.base, *extended.parameters)
+        names = [p.name for p in parameters]
+
+        def simulate(theta: Array) -> Array:
+            values = dict(extended.fixed) | dict(zip(names, theta.tolist(), strict=True))
+            return self.simulate(extended.added, values)
+
+        return Candidate(extended.name, parameters, simulate, tuple(starts))
+
+    def fitted(
+        self, extended: Extended, starts: Sequence[Mapping[str, float]] = ({},), evaluations: int = 15
+    ) -> Fit:
+        """Fit base and effects together."""
+        return fit(
+            self.candidate(extended, starts),
+            self.measured,
+            self.fit_rows,
+            size=self.size,
+            evaluations=evaluations,
+        )
+
+    def sizes(self, slot: str) -> Rms:
+        """Sizes of a slot's signals; a force that is zero is measured by the largest of its FMU."""
+        found = sizes(self.signals[slot], len(self.measured) * self.bench.row_period)
+        values = self.signals[slot]["value"]
+        if np.any(values):
+            return found
+        fmu = slot.partition(".")[0] + "."
+        own = [s for k, s in self.signals.items() if k.startswith(fmu) and np.any(s["value"])]
+        others = [sizes(s, 1.0).value for s in own]
+        mechanical = [sizes(s, 1.0).value for s in own if "velocity" in s]
+        return replace(found, value=max(mechanical or others or [1.0]))
+
+
+def start(study: Study) -> Fit:
+    """Fit the base, first scaled by what was measured, then by what that leaves."""
+    rows = study.fit_rows
+    spread = study.measured[rows].std(axis=0)
+    study.size = np.where(spread > 0.0, spread, 1.0)
+    others = [{p.name: factor * p.start for p in study.base} for factor in (0.85, 1.2)] if study.base else []
+    first = study.fitted(Extended(), [{}, *others], evaluations=30)
+    left = np.sqrt(np.nanmean((first.predicted - study.measured)[rows] ** 2, axis=0))
+    study.size = np.maximum(left, 1e-9 * study.size)
+    study.base = tuple(replace(p, scale=abs(first.values[p.name]) or p.scale) for p in study.base)
+    best = study.fitted(Extended(), [first.values], evaluations=30)
+    values = merged(study.system.values, best.values)
+    study.signals = slot_signals(study.system, study.bench, study.pool.player(()), values)
+    return best
+
+
+def base_parameters(case: Case, system: CutSystem, fmus: Sequence[str]) -> tuple[Parameter, ...]:
+    """Parameters that the case allows to refit, from the values of the system."""
+    found = []
+    for key, entry in case.refit.items():
+        fmu, _, variable = key.partition(".")
+        if fmu in fmus:
+            value = system.values[fmu].get(variable, system.descriptions[fmu].by_name[variable].start or 0.0)
+            at = float(min(max(float(value), entry.low), entry.high))
+            scale = abs(at) or 0.1 * (entry.high - entry.low)
+            found.append(Parameter(key, at, entry.low, entry.high, scale, entry.spread))
+    return tuple(found)
+
+
+def merged(values: Values, given: Mapping[str, float]) -> Values:
+    """Put values by `fmu.variable` over those of a system."""
+    found = {name: dict(v) for name, v in values.items()}
+    for key, value in given.items():
+        fmu, _, variable = key.partition(".")
+        found[fmu][variable] = value
+    return found
