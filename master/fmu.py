@@ -62,18 +62,6 @@ class FmuSlave:
         self._call(self._fmu.exitInitializationMode)
         self._is_initialised = True
 
-    def save_state(self) -> Any:
-        """Copy the whole state; to be freed with `free_state`."""
-        return self._call(self._fmu.getFMUState)
-
-    def restore_state(self, state: Any) -> None:
-        """Go back to a saved state."""
-        self._call(self._fmu.setFMUState, state)
-
-    def free_state(self, state: Any) -> None:
-        """Free a saved state."""
-        self._call(self._fmu.freeFMUState, state)
-
     def last_message(self) -> str:
         return self._messages[-1] if self._messages else ""
 

@@ -11,18 +11,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Protocol, cast
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import stepping
+from .. import calls, stepping
 from ..description import Description, Kind, Variable
 from ..errors import FmuError
 from ..graph import Instance, Port, System
 from ..schedule import Schedule
 from ..simulation import SlaveFactory
-from ..slave import Slave
 from ..translation import build_program
 
 Floats = NDArray[np.float64]
@@ -31,22 +30,6 @@ N_STEPS = 640
 N_SETTLING = 1000
 _RELATIVE_DELTA = 1e-2
 _SCALES = {"m": 1e-2, "m/s": 1e-1, "rad": 1e-2, "rad/s": 1e-1, "N": 1e2, "N m": 1e2}
-
-
-class Restorable(Slave, Protocol):
-    """A slave that gives its state away and takes it back."""
-
-    def save_state(self) -> Any:
-        """Copy the whole state; to be freed."""
-        ...
-
-    def restore_state(self, state: Any) -> None:
-        """Go back to a saved state."""
-        ...
-
-    def free_state(self, state: Any) -> None:
-        """Free a saved state."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -142,7 +125,8 @@ class _Bench:
     def __init__(self, question: Question, factory: SlaveFactory) -> None:
         self.question, self.failed = question, False
         instance = question.instance
-        self.slave = cast(Restorable, factory(instance.name, instance.description))
+        self.slave = factory(instance.name, instance.description)
+        self.state = np.zeros(1, dtype=np.int64)
         try:
             self.slave.enter_initialisation(instance.start, question.t0)
             self.slave.set(question.inputs, question.held)
@@ -156,10 +140,9 @@ class _Bench:
         self.program = build_program(system, schedule, {instance.name: self.slave})
         places = [self.program.place[Port(instance.name, v).name] for v in question.outputs]
         self.record = np.array(places, dtype=np.int64)
-        self.state = None
         if question.inputs:
             self.run(0, N_SETTLING)
-            self.state = self.slave.save_state()
+            self._state_call("get_state", self.state.ctypes.data)
 
     def pulse(self, place: int, delta: float) -> Floats:
         """Run with one input raised during the first step, and go back to the start."""
@@ -168,7 +151,7 @@ class _Bench:
         first = self.run(N_SETTLING, N_SETTLING + 1)
         self.slave.set([variable], [value])
         rows = np.concatenate([first, self.run(N_SETTLING + 1, N_SETTLING + N_STEPS)])
-        self.slave.restore_state(self.state)
+        self._state_call("set_state", int(self.state[0]))
         return rows
 
     def run(self, begin: int, end: int) -> Floats:
@@ -185,10 +168,17 @@ class _Bench:
             raise FmuError(self.question.instance.name, message, time=at)
         return rows
 
+    def _state_call(self, name: str, argument: int) -> None:
+        interface = self.slave.interface()
+        if calls.state(getattr(interface, name), interface.component, argument) > stepping.WARNING:
+            self.failed = True
+            message = self.slave.last_message() or "its state cannot be saved and set"
+            raise FmuError(self.question.instance.name, message)
+
     def close(self) -> None:
         """End the FMU."""
-        if not self.failed and getattr(self, "state", None) is not None:
-            self.slave.free_state(self.state)
+        if not self.failed and self.state[0]:
+            self._state_call("free_state", self.state.ctypes.data)
         self.slave.close(failed=self.failed)
 
 
