@@ -74,6 +74,7 @@ class Instance:
         self.check()
         self._guarded(self._start, t)
         self._refuse_faults(t)
+        self._refuse_non_finite(t)
 
     def step(self, t: float, h: float) -> None:
         """Step from t to t + h [s]; h must hold a whole number of sampling periods."""
@@ -81,6 +82,7 @@ class Instance:
         n_samples, period = self._samples_of(h)
         self._guarded(self._advance, t, h, n_samples, period)
         self._refuse_faults(self.time)
+        self._refuse_non_finite(self.time)
 
     def check_inputs(self) -> None:
         """Refuse inputs that are not finite; cheap, once a step."""
@@ -174,6 +176,17 @@ class Instance:
         ]
         if texts:
             raise ModelError("; ".join(texts))
+
+    def _refuse_non_finite(self, t: float) -> None:
+        """Refuse a state or output that is infinite or not a number; cheap, once a step."""
+        first = self._x.start
+        if math.isfinite(sum(self.values[first:])):
+            return
+        for v, value in zip(self.model.all_variables[first:], self.values[first:], strict=True):
+            if not math.isfinite(value):
+                raise ModelError(
+                    f"{v.name}: value not finite at t={t!r} s, got {value!r}, expected a finite number"
+                )
 
     def _message(self, fault: Fault) -> str:
         unit = self.model.all_variables[self.index[fault.variable]].unit

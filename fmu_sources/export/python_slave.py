@@ -39,6 +39,9 @@ class ModelSlave(Fmi2Slave):  # type: ignore[misc]
 
     def do_step(self, current_time: float, step_size: float) -> bool:
         try:
+            if not self._fresh:
+                self.instance.check()
+                self._fresh = True
             self.instance.step(current_time, step_size)
         except ArithmeticError as error:
             return self._discard(f"step at t={current_time!r} s: no finite result ({error})")
@@ -60,8 +63,9 @@ class ModelSlave(Fmi2Slave):  # type: ignore[misc]
         return [bool(self.instance.values[vr]) for vr in vrs]
 
     def set_real(self, vrs: list[int], values: list[float]) -> None:
-        self._fresh = False
         own = self.instance.values
+        if self._initialising or min(vrs, default=0) < len(self.model.parameters):
+            self._fresh = False
         for vr, value in zip(vrs, values, strict=True):
             own[vr] = value
 
