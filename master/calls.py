@@ -34,9 +34,10 @@ def exchange(address: int, component: int, references: int, n: int, values: int)
     return _function(_EXCHANGE, int(address))(int(component), int(references), int(n), int(values))
 
 
-def exchange_3(address: int, component: int, references: int, n: int, values: int) -> int:
+def exchange_3(address: int, component: int, references: int, n: int, values: int, n_values: int) -> int:
     """Call a setter or getter of FMI 3.0: (instance, references, n, values, n values) -> status."""
-    return _function(_EXCHANGE_3, int(address))(int(component), int(references), int(n), int(values), int(n))
+    given = map(int, (component, references, n, values, n_values))
+    return _function(_EXCHANGE_3, int(address))(*given)
 
 
 def do_step(address: int, component: int, t: float, h: float) -> int:
@@ -82,12 +83,12 @@ def _exchange_compiled(
 
 @intrinsic
 def _exchange_3_compiled(
-    typing: Any, address: Any, component: Any, references: Any, n: Any, values: Any
+    typing: Any, address: Any, component: Any, references: Any, n: Any, values: Any, n_values: Any
 ) -> Any:
-    signature = types.int32(*[types.int64] * 5)
+    signature = types.int32(*[types.int64] * 6)
 
     def generate(context: Any, builder: Any, _: Any, arguments: Any) -> Any:
-        return _indirect_call(builder, arguments[0], [_I64] * 5, [*arguments[1:], arguments[3]])
+        return _indirect_call(builder, arguments[0], [_I64] * 5, list(arguments[1:]))
 
     return signature, generate
 
@@ -135,9 +136,9 @@ def _(address, component, references, n, values):
 
 
 @overload(exchange_3)
-def _(address, component, references, n, values):
-    return lambda address, component, references, n, values: _exchange_3_compiled(
-        address, component, references, n, values
+def _(address, component, references, n, values, n_values):
+    return lambda address, component, references, n, values, n_values: _exchange_3_compiled(
+        address, component, references, n, values, n_values
     )
 
 

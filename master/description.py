@@ -12,6 +12,7 @@ from typing import Any
 from xml.etree import ElementTree as ET
 
 from . import value_types
+from .arrays import element_names, elements, first_number, is_exchanged
 from .errors import ConfigError
 from .units import Unit
 
@@ -27,7 +28,12 @@ class Kind(Enum):
 
 @dataclass(frozen=True)
 class Variable:
-    """One variable of an FMU."""
+    """
+    One scalar variable of an FMU, or one element of an array (FMI 3.0).
+
+    The elements of an array share its `reference`; `size` is their number, `element` counts from 0 in
+    row-major order. Their names are `name[1]`, `name[2]`, ... or `name[1,1]`, `name[1,2]`, ...
+    """
 
     name: str
     reference: int
@@ -43,6 +49,8 @@ class Variable:
     nominal: float | None = None
     items: Mapping[str, int] = field(default_factory=dict)
     description: str = ""
+    size: int = 1
+    element: int | None = None
 
     @property
     def unit_name(self) -> str:
@@ -127,11 +135,18 @@ def read_description(path: Path) -> Description:
         model_name=model.modelName,
         model_identifier=model.coSimulation.modelIdentifier,
         token=model.guid or model.instantiationToken,
-        variables=tuple(_variable(v, units, version) for v in model.modelVariables if _is_scalar(v)),
+        variables=tuple(
+            part
+            for v in model.modelVariables
+            if is_exchanged(v)
+            for part in elements(_variable(v, units, version), v)
+        ),
         delays=tuple(_delays(root)),
         can_get_and_set_state=bool(model.coSimulation.canGetAndSetFMUstate),
         needs_execution_tool=bool(model.coSimulation.needsExecutionTool),
-        feedthrough={u.variable.name: _dependencies(u, model) for u in model.outputs},
+        feedthrough={
+            name: _dependencies(u, model) for u in model.outputs for name in element_names(u.variable)
+        },
         influences={
             e.get("output", ""): tuple((e.get("inputs") or "").split()) for e in root.iter("Influence")
         },
@@ -167,10 +182,6 @@ def _value_type(name: str, version: str) -> int:
     return value_types.NAMES.index(name) if name in value_types.NAMES else value_types.INT64
 
 
-def _is_scalar(v: Any) -> bool:
-    return v.causality != "independent" and not v.dimensions and v.type != "Clock" and v.type != "Binary"
-
-
 def _variable(v: Any, units: Mapping[str, Unit], version: str) -> Variable:
     declared = v.declaredType
     unit = v.unit or (declared.unit if declared is not None else None)
@@ -185,9 +196,9 @@ def _variable(v: Any, units: Mapping[str, Unit], version: str) -> Variable:
         initial=v.initial,
         start=v.start,
         unit=units.get(unit, Unit(unit, defined=False)) if unit else None,
-        minimum=_number(v.min),
-        maximum=_number(v.max),
-        nominal=_number(v.nominal),
+        minimum=first_number(v.min),
+        maximum=first_number(v.max),
+        nominal=first_number(v.nominal),
         items=items,
         description=v.description or "",
     )
@@ -216,7 +227,7 @@ def _dependencies(unknown: Any, model: Any) -> tuple[str, ...]:
     """Inputs that the output hangs on at once; all inputs where the FMU does not say."""
     known = unknown.dependencies
     candidates = model.modelVariables if known is None else known
-    return tuple(v.name for v in candidates if v.causality == "input")
+    return tuple(name for v in candidates if v.causality == "input" for name in element_names(v))
 
 
 def _delays(root: ET.Element) -> list[DeclaredDelay]:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from .description import Kind, Variable
 from .fmu import WHOLE, FmuSlave, address, identity
 from .slave import CInterface
 from .value_types import BOOLEAN, FLOAT32, FLOAT64, NAMES
+from .values import parse
 
 
 def _kind(value_type: int) -> Kind:
@@ -39,9 +40,35 @@ class Fmi3Slave(FmuSlave):
         self.set_start_values(start)
         self._call(self._fmu.enterInitializationMode, startTime=t0)
 
+    def set(self, variables: Sequence[Variable], values: Sequence[float | str]) -> None:
+        """Set variables; an array is set as a whole, once for all of its elements that are given."""
+        for variable, value in zip(variables, values, strict=True):
+            if variable.element is None:
+                super().set([variable], [value])
+            else:
+                self._array(variable)[variable.element] = value
+        for array in {v.reference: v for v in variables if v.element is not None}.values():
+            setter, convert = self._setter(array)
+            self._call(setter, [array.reference], [convert(x) for x in self._array(array)])
+
+    def get(self, variables: Sequence[Variable]) -> list[float]:
+        found = []
+        for v in variables:
+            got = self._call(self._getter(v), [v.reference], nValues=v.size)
+            found.append(float(got[v.element or 0]))
+        return found
+
+    def _array(self, variable: Variable) -> list[float | str]:
+        """Last values that an array was set to."""
+        if variable.reference not in self._arrays:
+            parts = [v for v in self.description.variables if v.reference == variable.reference]
+            self._arrays[variable.reference] = [parse(v, v.start or "0") for v in parts]
+        return self._arrays[variable.reference]
+
     def _instantiate(self) -> Any:
         from fmpy.fmi3 import FMU3Slave
 
+        self._arrays: dict[int, list[float | str]] = {}
         fmu = FMU3Slave(
             instanceName=self.name,
             guid=self.description.token,

@@ -34,7 +34,7 @@ class Memory(NamedTuple):
         RESTORE      slave, set_state                      states -> state of the slave
         CHECK        loop                                  back to the loop's start until its wires agree
 
-    `blocks`: [address of the references, n, first place in values, type]
+    `blocks`: [address of the references, n, first place in values, type, n values]
     `slaves`: [component, FMI version]
     `conversions`: [factor, offset]
     `rings`: cells of KEEP, EXTRAPOLATE and CHANNEL

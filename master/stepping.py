@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from . import calls
 from .operations import channel, close_loop, extrapolate
-from .program import CHANNEL, CHECK, COPY, EXTRAPOLATE, KEEP, RESTORE, SAVE, SET, STEP, Memory
+from .program import CHANNEL, CHECK, COPY, GET, SAVE, SET, STEP, Memory
 from .value_types import FLOAT64, LARGEST_SIZE, pack, unpack
 
 DONE, FAILED, OUT_OF_LIMITS, NOT_CONVERGED, TRIGGERED = range(5)
@@ -23,6 +23,7 @@ _COMPILED = ("stepping", "operations", "calls", "program", "value_types")
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
+Bytes = NDArray[np.uint8]
 
 
 class Watch(NamedTuple):
@@ -41,59 +42,59 @@ class Watch(NamedTuple):
 
 
 @register_jitable
-def _exchange(slave: Integers, function: int, block: Integers, data: int) -> int:
-    references, n = block[0], block[1]
+def _exchange(slave: tuple[int, int], function: int, block: tuple[int, ...], data: int) -> int:
+    """Call a setter or getter; `slave` is (component, version), `block` (references, n, n values, ...)."""
     if slave[1] == 2:
-        return calls.exchange(function, slave[0], references, n, data)
-    return calls.exchange_3(function, slave[0], references, n, data)
+        return calls.exchange(function, slave[0], block[0], block[1], data)
+    return calls.exchange_3(function, slave[0], block[0], block[1], data, block[2])
 
 
 @register_jitable
-def _do_step(slave: Integers, function: int, t: float, h: float, scratch: int) -> int:
+def _do_step(slave: tuple[int, int], function: int, t: float, h: float, answers: int) -> int:
     if slave[1] == 2:
         return calls.do_step(function, slave[0], t, h)
-    return calls.do_step_3(function, slave[0], t, h, scratch)
+    return calls.do_step_3(function, slave[0], t, h, answers)
 
 
 @register_jitable
-def _transfer(memory: Memory, k: int, i: int) -> None:
-    """Execute an operation that moves values within the table."""
-    code, _, a, b, c, d = memory.operations[i]
-    values, rings = memory.values, memory.rings
-    if code == COPY:
-        values[b] = memory.conversions[c, 0] * values[a] + memory.conversions[c, 1]
-    elif code == KEEP:
-        cell = c + k % d
-        oldest = rings[cell]
-        rings[cell] = values[a]
-        values[b] = oldest
-    elif code == EXTRAPOLATE:
+def _move(values: Floats, rings: Floats, k: int, numbers: tuple[int, int, int, int]) -> None:
+    """Execute KEEP or, where there is no second place, EXTRAPOLATE."""
+    a, b, c, d = numbers
+    if d == 0:
         values[a] = extrapolate(rings, c, b, values[a])
-    else:
-        values[a] = channel(memory.channels[b], rings, c, d, k, values[a])
+        return
+    cell = c + k % d
+    oldest = rings[cell]
+    rings[cell] = values[a]
+    values[b] = oldest
 
 
 @register_jitable
-def _call(memory: Memory, i: int, start: float, h: float, scratch: NDArray[np.uint8]) -> int:
-    """Execute an operation that calls a slave; give its FMI status."""
-    code, _, a, b, c, _ = memory.operations[i]
-    slave, values = memory.slaves[a], memory.values
-    data = scratch.ctypes.data
-    if code == STEP:
-        return _do_step(slave, b, start, h, data)
-    if code == SAVE:
-        return calls.state(b, slave[0], memory.states.ctypes.data + 8 * a)
-    if code == RESTORE:
-        return calls.state(b, slave[0], memory.states[a])
-    block = memory.blocks[c]
-    if block[3] == FLOAT64:
-        return _exchange(slave, b, block, values.ctypes.data + 8 * block[2])
-    if code == SET:
-        pack(values, block[2], block[1], block[3], scratch)
-        return _exchange(slave, b, block, data)
-    status = _exchange(slave, b, block, data)
-    unpack(values, block[2], block[1], block[3], scratch)
+def _set_packed(
+    slave: tuple[int, int], function: int, block: tuple[int, ...], values: Floats, scratch: Bytes
+) -> int:
+    """Set a block of another type than double; `block` is followed by its place and its type."""
+    pack(values, block[3], block[2], block[4], scratch)
+    return _exchange(slave, function, block, scratch.ctypes.data)
+
+
+@register_jitable
+def _get_packed(
+    slave: tuple[int, int], function: int, block: tuple[int, ...], values: Floats, scratch: Bytes
+) -> int:
+    """Get a block of another type than double."""
+    status = _exchange(slave, function, block, scratch.ctypes.data)
+    unpack(values, block[3], block[2], block[4], scratch)
     return status
+
+
+@register_jitable
+def _state(memory: Memory, i: int) -> int:
+    """Save or restore the state of a slave."""
+    a, function = memory.operations[i, 2], memory.operations[i, 3]
+    if memory.operations[i, 0] == SAVE:
+        return calls.state(function, memory.slaves[a, 0], memory.states.ctypes.data + 8 * a)
+    return calls.state(function, memory.slaves[a, 0], memory.states[a])
 
 
 @register_jitable
@@ -129,33 +130,51 @@ def execute(
         Outcome, number of complete ticks, what it is about (FAILED: operation, OUT_OF_LIMITS: signal,
         NOT_CONVERGED: row of `residuals`, TRIGGERED: trigger), FMI status.
     """
-    operations = memory.operations
+    # no array is passed on in the common branches: numba would count references each time
+    operations, slaves, blocks = memory.operations, memory.slaves, memory.blocks
+    values, conversions = memory.values, memory.conversions
+    scratch = np.zeros(LARGEST_SIZE * max(4, values.size), dtype=np.uint8)
+    data, answers = values.ctypes.data, scratch.ctypes.data
     t0, h = grid
-    first, end = ticks
-    scratch = np.zeros(LARGEST_SIZE * max(4, memory.values.size), dtype=np.uint8)
-    for k in range(first, end):
-        i = 0
+    for k in range(ticks[0], ticks[1]):
+        i, status, back, worst = 0, 0, -1, -1
         while i < operations.shape[0]:
-            code, every = operations[i, 0], operations[i, 1]
-            if (k + 1) % every != 0:
+            code, every, a, b = operations[i, 0], operations[i, 1], operations[i, 2], operations[i, 3]
+            c, d = operations[i, 4], operations[i, 5]
+            if every > 1 and (k + 1) % every != 0:
                 pass
-            elif code <= CHANNEL:
-                _transfer(memory, k, i)
+            elif code == COPY:
+                values[b] = conversions[c, 0] * values[a] + conversions[c, 1]
+            elif code < CHANNEL:
+                _move(values, memory.rings, k, (a, b, c, d))
+            elif code == CHANNEL:
+                values[a] = channel(memory.channels[b], memory.rings, c, d, k, values[a])
+            elif code == STEP:
+                start = t0 + (k + 1 - every) * h
+                status = _do_step((slaves[a, 0], slaves[a, 1]), b, start, every * h, answers)
+            elif code <= GET:
+                slave = (slaves[a, 0], slaves[a, 1])
+                block = (blocks[c, 0], blocks[c, 1], blocks[c, 4], blocks[c, 2], blocks[c, 3])
+                if block[4] == FLOAT64:
+                    status = _exchange(slave, b, block, data + 8 * block[3])
+                elif code == SET:
+                    status = _set_packed(slave, b, block, values, scratch)
+                else:
+                    status = _get_packed(slave, b, block, values, scratch)
             elif code == CHECK:
-                back, worst = close_loop(memory, operations[i, 2])
+                back, worst = close_loop(memory, a)
                 if worst >= 0:
-                    return NOT_CONVERGED, k - first, worst, 0
-                if back >= 0:
-                    i = back - 1
+                    return NOT_CONVERGED, k - ticks[0], worst, 0
+                i = back - 1 if back >= 0 else i
             else:
-                status = _call(memory, i, t0 + (k + 1 - every) * h, every * h, scratch)
-                if status > WARNING:
-                    return FAILED, k - first, i, status
+                status = _state(memory, i)
+            if status > WARNING:
+                return FAILED, k - ticks[0], i, status
             i += 1
-        outcome, where = _observe(memory.values, watch, rows[k - first])
+        outcome, where = _observe(values, watch, rows[k - ticks[0]])
         if outcome != DONE:
-            return outcome, k - first + 1, where, 0
-    return DONE, end - first, 0, 0
+            return outcome, k - ticks[0] + 1, where, 0
+    return DONE, ticks[1] - ticks[0], 0, 0
 
 
 @lru_cache(maxsize=1)

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from .arrays import completed
 from .description import Kind, Variable
 from .graph import Port, System, Wire
 from .program import (
@@ -86,10 +87,10 @@ class _Translator:
         interfaces = [self.interfaces[name] for name in self.names]
         return Memory(
             operations=_table(self.operations, 6),
-            blocks=_table(self.blocks, 4),
+            blocks=_table(self.blocks, 5),
             slaves=_table([[i.component, i.version] for i in interfaces], 2),
             conversions=np.array(self.conversions, dtype=np.float64).reshape(-1, 2),
-            values=np.zeros(len(self.place)),
+            values=self._start_values(),
             rings=np.zeros(self.n_cells),
             states=np.zeros(len(self.names), dtype=np.int64),
             loops=_table(self.loops, 5),
@@ -97,6 +98,15 @@ class _Translator:
             tolerances=np.array(self.tolerances, dtype=np.float64),
             channels=np.zeros((len(self.channel_of), HELD + 1)),
         )
+
+    def _start_values(self) -> NDArray[np.float64]:
+        """Elements of an array that no wire sets keep their start value."""
+        values = np.zeros(len(self.place))
+        for name, instance in self.system.instances.items():
+            for v in instance.description.variables:
+                if v.element is not None and v.causality == "input" and f"{name}.{v.name}" in self.place:
+                    values[self.place[f"{name}.{v.name}"]] = float(instance.value_of(v.name) or 0.0)
+        return values
 
     def _allocate(self) -> None:
         for i, name in enumerate(self.names):
@@ -107,16 +117,25 @@ class _Translator:
             self.getters[name] = [[i, interface.getters[k, t], b] for k, t, b in self._blocks(name, outputs)]
 
     def _blocks(self, instance: str, variables: Sequence[Variable]) -> list[tuple[Kind, int, int]]:
-        made = []
-        for kind, value_type in dict.fromkeys((v.kind, v.value_type) for v in variables):
-            chosen = [v for v in variables if (v.kind, v.value_type) == (kind, value_type)]
-            references = np.array([v.reference for v in chosen], dtype=np.uint32)
-            self.references.append(references)
-            self.blocks.append([references.ctypes.data, len(chosen), len(self.place), value_type])
-            for v in chosen:
-                self.place[Port(instance, v).name] = len(self.place)
-            made.append((kind, value_type, len(self.blocks) - 1))
-        return made
+        """One block for the scalars of each type and one for each array."""
+        whole = completed(variables, self.system.instances[instance].description.variables)
+        groups: dict[tuple[Kind, int, int | None], list[Variable]] = {}
+        for v in whole:
+            array = None if v.element is None else v.reference
+            groups.setdefault((v.kind, v.value_type, array), []).append(v)
+        return [
+            (kind, value_type, self._block(instance, value_type, chosen))
+            for (kind, value_type, _), chosen in groups.items()
+        ]
+
+    def _block(self, instance: str, value_type: int, chosen: Sequence[Variable]) -> int:
+        references = np.array(list(dict.fromkeys(v.reference for v in chosen)), dtype=np.uint32)
+        self.references.append(references)
+        place = len(self.place)
+        self.blocks.append([references.ctypes.data, len(references), place, value_type, len(chosen)])
+        for v in chosen:
+            self.place[Port(instance, v).name] = len(self.place)
+        return len(self.blocks) - 1
 
     def _side_by_side(self, group: Sequence[str]) -> None:
         for name in group:

@@ -16,8 +16,8 @@ def exchange_compiled(address, component, references, n, values):
 
 
 @njit
-def exchange_3_compiled(address, component, references, n, values):
-    return calls.exchange_3(address, component, references, n, values)
+def exchange_3_compiled(address, component, references, n, values, n_values):
+    return calls.exchange_3(address, component, references, n, values, n_values)
 
 
 @njit
@@ -35,10 +35,15 @@ def address_of(function):
 
 
 @pytest.mark.parametrize(
-    ("version", "call"),
-    [(2, calls.exchange), (2, exchange_compiled), (3, calls.exchange_3), (3, exchange_3_compiled)],
+    ("version", "call", "n_values"),
+    [
+        (2, calls.exchange, ()),
+        (2, exchange_compiled, ()),
+        (3, calls.exchange_3, (6,)),
+        (3, exchange_3_compiled, (6,)),
+    ],
 )
-def test_a_setter_gets_component_references_and_values(version, call):
+def test_a_setter_gets_component_references_and_values(version, call, n_values):
     seen = []
 
     def setter(component, references, n, values, *n_values):
@@ -50,8 +55,8 @@ def test_a_setter_gets_component_references_and_values(version, call):
     references, values = np.array([7, 9], dtype=np.uint32), np.array([0.5, -1.0])
     data = (references.ctypes.data, 2, values.ctypes.data)
 
-    assert call(address_of(function), COMPONENT, *data) == ANSWER
-    assert seen == [(COMPONENT, [7, 9], [0.5, -1.0], () if version == 2 else (2,))]
+    assert call(address_of(function), COMPONENT, *data, *n_values) == ANSWER
+    assert seen == [(COMPONENT, [7, 9], [0.5, -1.0], n_values)]
 
 
 @pytest.mark.parametrize("call", [calls.do_step, do_step_compiled])

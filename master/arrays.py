@@ -1,0 +1,57 @@
+"""Arrays of FMI 3.0: each element is a variable with a name of its own, the array one block of values."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from .description import Variable
+
+_NOT_EXCHANGED = ("Clock", "Binary")
+
+
+def is_exchanged(v: Any) -> bool:
+    """Whether the master gets and sets a variable (of FMPy); time, clocks, binaries, string arrays: no."""
+    is_string_array = bool(v.dimensions) and v.type == "String"
+    return v.causality != "independent" and v.type not in _NOT_EXCHANGED and not is_string_array
+
+
+def element_names(v: Any) -> list[str]:
+    """Names of the elements of an array in row-major order; of a scalar its name."""
+    if not v.dimensions:
+        return [v.name]
+    places = itertools.product(*(range(1, n + 1) for n in _shape(v)))
+    return [f"{v.name}[{','.join(map(str, place))}]" for place in places]
+
+
+def elements(whole: Variable, v: Any) -> list[Variable]:
+    """Split what stands for a whole array into its elements."""
+    if not v.dimensions:
+        return [whole]
+    names, starts = element_names(v), (whole.start or "").split()
+    if len(starts) != len(names):
+        starts = (starts[:1] or ["0"]) * len(names)
+    return [
+        replace(whole, name=name, start=start, size=len(names), element=i)
+        for i, (name, start) in enumerate(zip(names, starts, strict=True))
+    ]
+
+
+def first_number(text: Any) -> float | None:
+    """Give a number, of a list its first one."""
+    return None if text is None else float(str(text).split()[0])
+
+
+def completed(variables: Sequence[Variable], known: Sequence[Variable]) -> list[Variable]:
+    """Complete the arrays of which a list has elements, in the order of the array."""
+    arrays = dict.fromkeys(v.reference for v in variables if v.element is not None)
+    whole = [v for reference in arrays for v in known if v.reference == reference]
+    return [v for v in variables if v.element is None] + whole
+
+
+def _shape(v: Any) -> list[int]:
+    """Fixed dimensions; one given by a structural parameter has that parameter's start value."""
+    return [int(d.start if d.variable is None else d.variable.start) for d in v.dimensions]
