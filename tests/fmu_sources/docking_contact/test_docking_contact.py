@@ -76,7 +76,7 @@ def test_the_slots_replace_the_forces():
 
     def slot(name, value, **signals):
         seen[name] = signals
-        return {"rope_force": 7.0, "guide_force": -1.0, "manipulator_force": -2.0}[name]
+        return {"rope_force": 7.0, "guide_force": 1.0, "manipulator_force": 2.0}[name]
 
     der = MODEL.derivatives(0.0, x, u, p, PYTHON, slot=slot)
 
