@@ -15,7 +15,9 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 
-_LONGEST = 500
+_SAMPLES_PER_CYCLE = 12
+_FEWEST_SAMPLES = 300
+_MOST_COLUMNS = 120
 _LARGEST_ORDER = 8
 _SMALLEST_SINGULAR_VALUE = 1e-10
 _SMALLEST_SHARE = 1e-6
@@ -63,12 +65,21 @@ def dominant_mode(y: Floats, step: float) -> Mode | None:
 
 def modes(y: Floats, step: float) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
     """Poles [1/s] and complex amplitudes at the first sample; a conjugate pair counts as two."""
-    stride = max(1, math.ceil(len(y) / _LONGEST))
+    stride = _stride(y, step)
     short = _low_passed(y, stride)[::stride]
     z = _pencil(short / (np.max(np.abs(short)) or 1.0))
     z = z[np.abs(z) > 0.0]
     poles = np.log(z.astype(complex)) / (stride * step)
     return poles, project(y, step, poles)
+
+
+def _stride(y: Floats, step: float) -> int:
+    """Choose every how-manieth sample still shows the strongest oscillation well."""
+    n = np.arange(len(y))
+    straight = np.polyval(np.polyfit(n, y, 1), n)
+    spectrum = np.abs(np.fft.rfft((y - straight) * np.hanning(len(y))))
+    cycles = max(1, int(np.argmax(spectrum)))
+    return max(1, min(len(y) // (_SAMPLES_PER_CYCLE * cycles), len(y) // _FEWEST_SAMPLES))
 
 
 def _low_passed(y: Floats, stride: int) -> Floats:
@@ -95,9 +106,9 @@ def project(y: Floats, step: float, poles: NDArray[np.complex128]) -> NDArray[np
 
 
 def _pencil(y: Floats) -> NDArray[np.complex128]:
-    n_columns = len(y) // 3
+    n_columns = min(len(y) // 3, _MOST_COLUMNS)
     hankel = np.lib.stride_tricks.sliding_window_view(y, n_columns + 1)
-    _, singular, right = np.linalg.svd(hankel, full_matrices=False)
+    _, singular, right = np.linalg.svd(np.linalg.qr(hankel, mode="r"), full_matrices=False)
     order = int(np.sum(singular > _SMALLEST_SINGULAR_VALUE * singular[0]))
     v = right[: max(1, min(order, _LARGEST_ORDER))].T
     return np.linalg.eigvals(np.linalg.lstsq(v[:-1], v[1:], rcond=None)[0]).astype(complex)
