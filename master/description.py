@@ -84,6 +84,7 @@ class Description:
     delays: tuple[DeclaredDelay, ...] = ()
     can_get_and_set_state: bool = False
     needs_execution_tool: bool = False
+    once_per_process: bool = False
     feedthrough: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     influences: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
@@ -96,6 +97,11 @@ class Description:
     def by_name(self) -> dict[str, Variable]:
         """Variables by name."""
         return {v.name: v for v in self.variables}
+
+    @property
+    def can_share_library(self) -> bool:
+        """Whether two instances may live in one library: not where an interpreter hides in it."""
+        return not (self.once_per_process or self.needs_execution_tool)
 
     def reaches(self, input_name: str, output_name: str) -> bool:
         """Whether an input acts on an output sooner or later; yes where the FMU does not say."""
@@ -144,6 +150,7 @@ def read_description(path: Path) -> Description:
         delays=tuple(_delays(root)),
         can_get_and_set_state=bool(model.coSimulation.canGetAndSetFMUstate),
         needs_execution_tool=bool(model.coSimulation.needsExecutionTool),
+        once_per_process=bool(model.coSimulation.canBeInstantiatedOnlyOncePerProcess),
         feedthrough={
             name: _dependencies(u, model) for u in model.outputs for name in element_names(u.variable)
         },

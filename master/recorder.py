@@ -13,6 +13,8 @@ from .graph import Port
 
 Floats = NDArray[np.float64]
 
+_FIRST_ROWS = 65536
+
 
 @dataclass(frozen=True)
 class Result:
@@ -46,7 +48,7 @@ class Sink(Protocol):
 @dataclass
 class Recorder:
     """
-    Collects chunks of rows.
+    Collects rows in one table, which grows up to `most_rows`.
 
     With a sink, all rows go there and only every `keep_every`-th one stays in memory.
     """
@@ -56,8 +58,20 @@ class Recorder:
     step_size: float
     keep_every: int = 1
     sink: Sink | None = None
+    most_rows: int = 1
     n_rows: int = 0
-    _kept: list[Floats] = field(default_factory=list)
+    _n_kept: int = field(default=0, init=False)
+    _table: Floats = field(init=False)
+
+    def __post_init__(self) -> None:
+        self._table = np.empty((0, len(self.ports)))
+
+    def room(self, n: int) -> Floats:
+        """Rows to be filled and then added, shape (n, signals): in the table itself where all are kept."""
+        if self.keep_every > 1:
+            return np.empty((n, len(self.ports)))
+        self._grow(self._n_kept + n)
+        return self._table[self._n_kept : self._n_kept + n]
 
     def add(self, rows: Floats) -> None:
         """Append rows, shape (n, signals)."""
@@ -65,12 +79,23 @@ class Recorder:
         self.n_rows += len(rows)
         if self.sink is not None:
             self.sink.write(self._result(np.arange(first, self.n_rows), rows))
-        self._kept.append(np.array(rows[-first % self.keep_every :: self.keep_every]))
+        kept = rows[-first % self.keep_every :: self.keep_every]
+        self._grow(self._n_kept + len(kept))
+        place = self._table[self._n_kept : self._n_kept + len(kept)]
+        if not np.may_share_memory(place, kept):
+            place[:] = kept
+        self._n_kept += len(kept)
 
     def result(self) -> Result:
         """All rows that were kept."""
-        values = np.concatenate(self._kept)
-        return self._result(self.keep_every * np.arange(len(values)), values)
+        return self._result(self.keep_every * np.arange(self._n_kept), self._table[: self._n_kept])
+
+    def _grow(self, n: int) -> None:
+        if n > len(self._table):
+            most = -(-self.most_rows // self.keep_every)
+            larger = np.empty((max(n, min(most, max(_FIRST_ROWS, 2 * n))), len(self.ports)))
+            larger[: self._n_kept] = self._table[: self._n_kept]
+            self._table = larger
 
     def _result(self, rows: NDArray[np.int64], values: Floats) -> Result:
         names = tuple(p.name for p in self.ports)

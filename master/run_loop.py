@@ -88,7 +88,9 @@ class RunLoop:
         self.system, self.grid, self.program, self.slaves = system, grid, program, slaves
         self.options = options
         self.ports = [Port(n, v) for n, i in system.instances.items() for v in i.description.outputs]
-        self.recorder = Recorder(self.ports, grid.t0, grid.step_size, options.keep_every, options.sink)
+        self.recorder = Recorder(
+            self.ports, grid.t0, grid.step_size, options.keep_every, options.sink, grid.n_ticks + 1
+        )
         self.director = Director(options.scenario, system, program, slaves)
         self.watch = self._make_watch()
         self.seconds = 0.0
@@ -128,7 +130,7 @@ class RunLoop:
         return int(max(1, min(wanted, self.grid.n_ticks - self.done, until_event)))
 
     def _execute(self, execute: Execute, n: int) -> tuple[int, int, int]:
-        rows = np.empty((n, len(self.ports)))
+        rows = self.recorder.room(n)
         grid, ticks = (self.grid.t0, self.grid.step_size), (self.done, self.done + n)
         begin = time.perf_counter()
         outcome, complete, where, status = execute(self.program.memory, self.watch, grid, ticks, rows)
