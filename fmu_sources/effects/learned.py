@@ -4,8 +4,8 @@ A smooth law without a name: a map over two of the slot's signals, learned from 
     y = value + sum_ij c_ij B_i(a / a_0) B_j(b / b_0)
 
 B_1..B_7 are cubic B-splines on equal knots that sum to 1 between -1 and 1; a and b are held at the ends of
-that range. a and b are two of value, position, velocity, load, and `memory`: position (or value, where
-there is none) minus its lagged self, der(z) = (signal - z) / T. An odd law has c_ij = -c_(8-i)(8-j), an even
+that range. a and b are two of value, position, velocity, load, `time` (from the middle of its range), and
+`memory`: position (or value, where there is none) minus its lagged self, der(z) = (signal - z) / T. An odd law has c_ij = -c_(8-i)(8-j), an even
 one the same sign.
 
 Parameters c_i_j [{value}], a_0, b_0 the half ranges of the signals, T [s] the memory
@@ -27,13 +27,14 @@ SPACING = 2.0 / (N_SPLINES - 3)
 CENTRES = tuple((i - (N_SPLINES - 1) / 2) * SPACING for i in range(N_SPLINES))
 COEFFICIENTS = tuple(f"c_{i}_{j}" for i in range(1, N_SPLINES + 1) for j in range(1, N_SPLINES + 1))
 RANGE_OVER_RMS = 2.0
-AXES = ("value", "position", "velocity", "load", "memory")
+AXES = ("value", "position", "velocity", "load", "memory", "time")
 _UNITS = {
     "value": "{value}",
     "position": "{position}",
     "velocity": "{position}/s",
     "load": "{load}",
     "memory": "{position}",
+    "time": "s",
 }
 
 
@@ -77,13 +78,16 @@ def _law(axes: Sequence[str], memory: str) -> Law:
     has_memory = "memory" in axes
 
     def law(t: Any, value: Any, s: Any, x: Any, p: Any, m: Arithmetic) -> Applied:
+        ranges = (p.half_range_a, p.half_range_b)
         signals = {"value": value, **s._asdict()}
+        if "time" in axes:
+            signals["time"] = t - ranges[axes.index("time")]
         changes = {}
         if has_memory:
             signals["memory"] = signals[memory] - x.lagged
             changes["lagged"] = signals["memory"] / p.memory_time
-        rows = splines(signals[axes[0]] / p.half_range_a, m)
-        columns = splines(signals[axes[1]] / p.half_range_b, m)
+        rows = splines(signals[axes[0]] / ranges[0], m)
+        columns = splines(signals[axes[1]] / ranges[1], m)
         added = 0.0
         for i, row in enumerate(rows):
             line = 0.0
@@ -109,7 +113,8 @@ def _parameters(axes: Sequence[str], unit: dict[str, str], has_memory: bool) -> 
 
 
 def _scale(axes: Sequence[str], memory: str, rms: Rms) -> dict[str, float]:
-    size = {a: getattr(rms, a) for a in AXES if a != "memory"} | {"memory": getattr(rms, memory)}
+    size = {a: getattr(rms, a) for a in AXES if a not in ("memory", "time")}
+    size |= {"memory": getattr(rms, memory), "time": 0.5 * rms.duration / RANGE_OVER_RMS}
     return dict.fromkeys(COEFFICIENTS, 0.05 * rms.value) | {
         "half_range_a": RANGE_OVER_RMS * size[axes[0]],
         "half_range_b": RANGE_OVER_RMS * size[axes[1]],

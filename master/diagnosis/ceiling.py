@@ -80,16 +80,25 @@ def ceiling(
     directions = rng.standard_normal((features.shape[1], N_FEATURES)) / np.sqrt(features.shape[1])
     phases = rng.uniform(0.0, 2.0 * np.pi, N_FEATURES)
     maps = {s: _map(features, directions / s, phases) for s in LENGTH_SCALES}
-    explained, shares = np.full(len(residual), np.nan), []
+    explained = np.full(len(residual), np.nan)
     for i, block in enumerate(blocks):
         scale, ridge = _chosen(residual, maps, [b for j, b in enumerate(blocks) if j != i], guard, block)
         rows = _rows(len(residual), [block], guard)
         weights = _weights(maps[scale][rows], residual[rows], [ridge])[0]
         explained[block] = maps[scale][block] @ weights
-        shares.append(1.0 - np.sum((residual[block] - explained[block]) ** 2) / np.sum(residual[block] ** 2))
-    by_block = np.array(shares)
-    error = float(by_block.std(ddof=1) / np.sqrt(len(by_block))) if len(by_block) > 1 else np.inf
-    return Ceiling(float(by_block.mean()), error, by_block, explained)
+    return _pooled(residual, explained, blocks)
+
+
+def _pooled(residual: Array, explained: Array, blocks: Sequence[slice]) -> Ceiling:
+    """Share of the whole power, and its jackknife error over the blocks."""
+    power = np.array([float(np.sum(residual[b] ** 2)) for b in blocks])
+    left = np.array([float(np.sum((residual[b] - explained[b]) ** 2)) for b in blocks])
+    n, share = len(blocks), 1.0 - float(left.sum() / power.sum())
+    if n < 2:
+        return Ceiling(share, np.inf, 1.0 - left / power, explained)
+    without = 1.0 - (left.sum() - left) / (power.sum() - power)
+    error = float(np.sqrt((n - 1) / n * np.sum((without - without.mean()) ** 2)))
+    return Ceiling(share, error, 1.0 - left / power, explained)
 
 
 def _chosen(

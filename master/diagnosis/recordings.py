@@ -92,7 +92,7 @@ def read(
     problems = [*_missing(table, wanted, where), *_units(wanted, where), *_cells(table, wanted, where)]
     if problems:
         raise DataError("\n".join(problems))
-    signals = {name: _signal(table.columns[c.column], c) for name, c in wanted.items()}
+    signals: dict[str, Array] = {n: _signal(table.columns[c.column], c) for n, c in wanted.items()}
     t = signals.pop("time")
     problems = [*_time_faults(t, rules, table, where), *_rate_faults(t, signals, rules, where)]
     if problems:

@@ -39,6 +39,8 @@ class Tangent:
         self.rows = study.fit_rows
         self.fitted = (*study.base, *chosen.parameters)
         self.values = dict(chosen.fixed) | dict(found.values)
+        self.base_values = {p.name: found.values[p.name] for p in study.base}
+        self.alone: Array | None = None if chosen.added else found.predicted
         self.residual = self._scaled(study.measured - found.predicted)
         self.columns = [self._sensitivity(p.name, p.scale) for p in self.fitted]
         prior = [
@@ -51,9 +53,15 @@ class Tangent:
         self.power = self._power([], [])[0]
 
     def response(self, extended: Extended, values: Mapping[str, float]) -> Array:
-        """Scaled change of the outputs that other values of a model with effects make."""
-        given = self.values | dict(extended.fixed) | dict(values)
-        return self._scaled(self.study.simulate(extended.added, given) - self.found.predicted)
+        """
+        Scaled change of the outputs that an effect makes, on the rows that are fitted on.
+
+        It acts on the model without the effects chosen before: to first order the same, and built already.
+        """
+        if self.alone is None:
+            self.alone = self.study.simulate((), self.base_values)
+        given = self.base_values | {k: v for k, v in extended.fixed.items() if k not in self.chosen.fixed}
+        return self._scaled(self.study.simulate(extended.added[-1:], given | dict(values)) - self.alone)
 
     def gain(self, responses: Sequence[Array], low: Sequence[float]) -> tuple[float, Array]:
         """Share of the power that responses take away, and their factors, none below its bound."""

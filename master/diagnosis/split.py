@@ -106,6 +106,22 @@ def by_blocks(lengths: Mapping[str, int], pattern: Sequence[str], guard: int) ->
     return Split(tuple(found["fit"]), tuple(found["select"]), Sealed(found["sealed"]))
 
 
+def with_sealed_recordings(
+    lengths: Mapping[str, int], pattern: Sequence[str], guard: int, sealed: Sequence[str]
+) -> Split:
+    """
+    Cut recordings into blocks, but for those that are sealed as a whole; see `by_blocks`.
+
+    Raises:
+        DataError: If a part has no block or a block is shorter than the guard.
+    """
+    cut = {name: n for name, n in lengths.items() if name not in sealed}
+    has_sealed = "sealed" in pattern
+    found = by_blocks(cut, [*pattern] if has_sealed else [*pattern, "sealed"], guard)
+    inner = found.sealed.open() if has_sealed else ()
+    return Split(found.fit, found.select, Sealed([*inner, *(Stretch(n, 0, lengths[n]) for n in sealed)]))
+
+
 def blocks(stretches: Sequence[Stretch], n: int) -> list[Stretch]:
     """Cut stretches into about n contiguous blocks of about equal length."""
     total = sum(map(len, stretches))

@@ -1,0 +1,144 @@
+"""
+Forward search: screen, fit the promising, rank on held-out blocks, keep the simplest that is not beaten.
+
+Of effects that cannot be told apart, one with more parameters is dropped if it predicts the same as one
+with fewer: it contains the other and is no rival. What then remains beside the best is its family.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import stats
+
+from .fitting import Fit
+from .ranking import AT_MOST, SMALLEST_GAIN, Gain, gain, powers
+from .screening import Screened, screened
+from .study import Extended, Study
+from .tables import Array
+from .variants import Added
+
+LONGEST_LIST, FEWEST, SMALLEST_PROMISE = 8, 1, 2e-3
+SAME_PREDICTION = 0.3
+ALPHA = 0.05
+
+
+@dataclass(frozen=True)
+class Ranked:
+    """An effect that was fitted, with its gain over the model before it."""
+
+    extended: Extended
+    gain: Gain
+
+    @property
+    def name(self) -> str:
+        """`fmu.slot: effect`."""
+        return self.extended.name
+
+    @property
+    def n_parameters(self) -> int:
+        """Number of fitted parameters of all effects."""
+        return len(self.extended.parameters)
+
+
+@dataclass(frozen=True)
+class Round:
+    """One round: all that were fitted, best first, and the family of the winner, the winner first."""
+
+    before: Fit
+    ranked: tuple[Ranked, ...]
+    family: tuple[Ranked, ...]
+
+
+@dataclass(frozen=True)
+class Found:
+    """What a search ends with."""
+
+    base: Fit
+    extended: Extended
+    fit: Fit
+    rounds: tuple[Round, ...]
+
+    @property
+    def families(self) -> list[tuple[str, ...]]:
+        """Names that could not be told apart, one tuple an effect that was added."""
+        return [tuple(r.name for r in rnd.family) for rnd in self.rounds if len(rnd.family) > 1]
+
+
+def search(study: Study, base: Fit, wanted: Sequence[Added], at_most: int = AT_MOST) -> Found:
+    """Add effects one after the other until none is accepted."""
+    chosen, found = Extended(), base
+    rounds: list[Round] = []
+    for _ in range(at_most):
+        left = [a for a in wanted if a not in chosen.added]
+        study.progress(f"{study.bench.part.name}: {len(left)} effects screened")
+        study.pool.build([(a,) for a in left], study.progress)
+        promising = _shortlist(screened(study, chosen, found, left))
+        study.pool.build([s.extended.added for s in promising], study.progress)
+        step = _round(study, found, promising, len(left))
+        rounds.append(step)
+        if not step.family:
+            break
+        winner = step.family[0]
+        chosen, found = winner.extended.started_at(winner.gain.fit.values), winner.gain.fit
+    return Found(base, chosen, found, tuple(rounds))
+
+
+def _shortlist(tried: Sequence[Screened]) -> list[Screened]:
+    best = tried[0].gain if tried else 0.0
+    least = max(SMALLEST_PROMISE, 0.05 * best)
+    return [s for i, s in enumerate(tried[:LONGEST_LIST]) if s.gain >= least or i < FEWEST]
+
+
+def _round(study: Study, before: Fit, promising: Sequence[Screened], n_tried: int) -> Round:
+    power = powers(before.predicted - study.measured, study.held_out, study.size)
+    ranked = []
+    for s in promising:
+        study.progress(f"{study.bench.part.name}: fit of {s.extended.name}")
+        found = study.fitted(s.extended, s.starts)
+        own = powers(found.predicted - study.measured, study.held_out, study.size)
+        ranked.append(Ranked(s.extended, gain(found, power, own)))
+    ranked.sort(key=lambda r: -r.gain.mean)
+    accepted = [r for r in ranked if is_accepted(r.gain, n_tried)]
+    return Round(before, tuple(ranked), tuple(_family(study, before, accepted)))
+
+
+def is_accepted(found: Gain, n_tried: int) -> bool:
+    """Whether a gain is worth it and not the luckiest of many tries (Bonferroni over the tries)."""
+    if not found.is_accepted:
+        return False
+    n = len(found.by_block)
+    return bool(stats.t.sf(found.mean / found.error, n - 1) * n_tried < ALPHA)
+
+
+def _family(study: Study, before: Fit, accepted: Sequence[Ranked]) -> list[Ranked]:
+    """The winner and what cannot be told from it."""
+    if not accepted:
+        return []
+    best = accepted[0]
+    rivals = [r for r in accepted if r is best or not is_worse(r.gain, best.gain)]
+    rivals.sort(key=lambda r: (r.n_parameters, -r.gain.mean))
+    kept: list[Ranked] = []
+    for r in rivals:
+        if not any(k.n_parameters < r.n_parameters and _same(study, before, k, r) for k in kept):
+            kept.append(r)
+    return kept
+
+
+def is_worse(one: Gain, best: Gain) -> bool:
+    """Whether a gain is smaller block by block, by more than 1 % and two standard errors."""
+    difference = best.by_block - one.by_block
+    error = difference.std(ddof=1) / np.sqrt(len(difference))
+    return bool(difference.mean() > max(SMALLEST_GAIN, 2.0 * error))
+
+
+def _same(study: Study, before: Fit, one: Ranked, other: Ranked) -> bool:
+    apart = _rms(study, one.gain.fit.predicted - other.gain.fit.predicted)
+    return apart < SAME_PREDICTION * _rms(study, one.gain.fit.predicted - before.predicted)
+
+
+def _rms(study: Study, values: Array) -> float:
+    rows = np.concatenate([np.arange(s.start, s.stop) for s in study.held_out])
+    return float(np.sqrt(np.nanmean((values / study.size)[rows] ** 2)))
