@@ -109,7 +109,7 @@ def _system(
     config: LoadedConfig, loaded: LoadedCase, progress: catalogue.Progress
 ) -> tuple[System, dict[str, str]]:
     problems: list[str] = []
-    targets, descriptions = {}, {}
+    targets = {}
     entries = config.config.fmus
     for name, entry in entries.items():
         try:
@@ -118,9 +118,8 @@ def _system(
             problems += [f"{config.where('fmus', name, 'source')}: {p}" for p in error.problems]
     if problems:
         raise ConfigError(problems)
-    catalogue.build_stale(targets.values(), progress)
-    for name, target in targets.items():
-        descriptions[name] = read_description(catalogue.file_of(target))
+    files = catalogue.files(targets, progress)
+    descriptions = {name: read_description(file) for name, file in files.items()}
     overrides = {}
     variant = loaded.case.variant
     if variant is not None:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,8 +10,8 @@ import numpy as np
 from ..errors import ConfigError, DataError
 from .bench import Bench
 from .case import Case, LoadedCase
-from .ceiling import Ceiling, ceiling, history
-from .drift import Drift, drift
+from .ceiling import Ceiling
+from .evidence import ceiling_of, detect, features_of, worst_output
 from .fitting import Fit, Mask
 from .learning import Learned, learn
 from .measured import measured
@@ -20,24 +19,15 @@ from .part_result import EXACT, PartResult
 from .parts import CutSystem, Part, cut
 from .ranking import ERRORS, gain, powers
 from .recordings import Recording
-from .screening import Tangent
 from .search import Found, is_accepted, is_worse, search
 from .split import Split, Stretch, blocks, by_blocks, by_recording, with_sealed_recordings
-from .statistics import cross_correlations, ljung_box
 from .study import Extended, Progress, Study, base_parameters, start
 from .tables import Array
 from .variants import Pool, candidates
 
-N_BLOCKS, N_GROUPS = 12, 8
-LAGS = (0.01, 0.03, 0.1)
+N_BLOCKS = 12
 SMALL_REMAINDER, NAMED_SHARE = 0.05, 0.8
 MOVED = 3.0
-SHAPES: dict[str, Callable[[Array], Array]] = {
-    "abs": np.abs,
-    "squared": lambda f: f * f,
-    "cubed": lambda f: f * f * f,
-    "sign": np.sign,
-}
 
 
 @dataclass(frozen=True)
@@ -123,7 +113,7 @@ def _part(system: CutSystem, bench: Bench, split: Split, case: Case, progress: P
     if np.all(study.size < EXACT * np.maximum(spread, 1e-300)):
         return replace(empty, is_exact=True)
     wanted = candidates(system, part, case.slots)
-    result = _detect(empty)
+    result = detect(empty)
     if wanted:
         result = _named_or_learned(
             result, search(study, base, wanted), sorted({f"{a.fmu}.{a.slot}" for a in wanted})
@@ -133,36 +123,6 @@ def _part(system: CutSystem, bench: Bench, split: Split, case: Case, progress: P
     return _parameters(result)
 
 
-def _detect(result: PartResult) -> PartResult:
-    """Tests on the residual of the base; they are reported."""
-    study = result.study
-    study.progress(f"{study.bench.part.name}: tests on the residual")
-    left = study.measured - result.base.predicted
-    worst = int(np.argmax(study.size / np.maximum(study.measured.std(axis=0), 1e-300)))
-    rows = study.bench.in_use
-    features = _features(study)
-    bases = {
-        f"{name} {what}": values[rows]
-        for name, f in features.items()
-        for what, values in (
-            ("abs", np.abs(f)),
-            ("squared", f * f),
-            ("cubed", f * f * f),
-            ("sign", np.sign(f)),
-        )
-        if np.ptp(f) > 0.0 and np.ptp(values[rows]) > 0.0
-    }
-    linear = {name: f[rows] for name, f in features.items() if np.ptp(f) > 0.0}
-    found = cross_correlations(left[rows, worst], bases, linear=linear) if bases else []
-    return replace(
-        result,
-        correlations=tuple(found[:10]),
-        whiteness=ljung_box(left[rows, worst]),
-        ceiling=_ceiling(study, left[:, worst], features),
-        drifts=_drifts(study, Extended(), result.base),
-    )
-
-
 def _named_or_learned(result: PartResult, found: Found, slots: list[str]) -> PartResult:
     """Keep the names, or find that a law without a name explains it better."""
     study = result.study
@@ -170,8 +130,7 @@ def _named_or_learned(result: PartResult, found: Found, slots: list[str]) -> Par
     if not found.extended.added and not _suspicious(result):
         return result
     left = study.measured - found.fit.predicted
-    worst = int(np.argmax(study.size / np.maximum(study.measured.std(axis=0), 1e-300)))
-    after = _ceiling(study, left[:, worst], _features(study))
+    after = ceiling_of(study, left[:, worst_output(study)], features_of(study))
     result = replace(result, ceiling_after=after)
     if found.extended.added and _is_small(result, after):
         return result
@@ -235,79 +194,6 @@ def _parameters(result: PartResult) -> PartResult:
     found = gain(result.base, before, _powers(study, result.base)[0])
     pays = found.mean > 0.01 and found.mean > ERRORS * found.error
     return replace(result, moved=moved, parameter_gain=bool(moved) and pays)
-
-
-def _features(study: Study) -> dict[str, Array]:
-    found: dict[str, Array] = {}
-    for slot, signals in study.signals.items():
-        for role, values in signals.items():
-            rows = study.bench.compared_rows(values)
-            if np.ptp(rows) > 0.0 and not any(_alike(rows, other) for other in found.values()):
-                found[f"{slot} {role}"] = rows
-    return found
-
-
-def _alike(a: Array, b: Array) -> bool:
-    return bool(abs(np.corrcoef(a, b)[0, 1]) > 0.9999)
-
-
-def _ceiling(study: Study, left: Array, features: Mapping[str, Array]) -> Ceiling | None:
-    if not features:
-        return None
-    lags = [max(1, round(lag / study.bench.row_period)) for lag in LAGS]
-    use = study.bench.in_use & (study.fit_rows | _any(study))
-    n = int(use.sum())
-    edges = [n * i // N_GROUPS for i in range(N_GROUPS + 1)]
-    parts = [slice(a, b) for a, b in itertools.pairwise(edges)]
-    guard = round(0.1 / study.bench.row_period)
-    return ceiling(left[use], history(features, lags)[use], parts, guard=guard)
-
-
-def _any(study: Study) -> Mask:
-    rows = np.zeros(len(study.measured), dtype=bool)
-    for block in study.held_out:
-        rows[block] = True
-    return rows
-
-
-def _drifts(study: Study, chosen: Extended, found: Fit) -> tuple[Drift, ...]:
-    """Parameters fitted on groups of rows alone, by one linear step."""
-    tangent = Tangent(study, chosen, found)
-    if not tangent.columns:
-        return ()
-    rows = np.flatnonzero(study.fit_rows)
-    k = study.measured.shape[1]
-    values, deviations, times, amplitudes = [], [], [], []
-    for group in np.array_split(np.arange(len(rows)), N_GROUPS):
-        index = (group[:, None] * k + np.arange(k)).ravel()
-        a = np.column_stack([c[index] for c in tangent.columns])
-        r = tangent.residual[index]
-        normal = np.linalg.pinv(a.T @ a + tangent.prior.T @ tangent.prior)
-        step = normal @ (a.T @ r)
-        values.append(step)
-        deviations.append(
-            np.sqrt(np.maximum(np.diag(normal), 1e-300) * float(np.mean(r * r)) * _inflation(r))
-        )
-        times.append(float(rows[group].mean()) * study.bench.row_period)
-        amplitudes.append(float(study.measured[rows[group], 0].std()))
-    covariates = {"time": np.array(times), "amplitude": np.array(amplitudes)}
-    return tuple(
-        drift(p.name, found.values[p.name] + np.array(values)[:, i], np.array(deviations)[:, i], covariates)
-        for i, p in enumerate(tangent.fitted)
-    )
-
-
-def _inflation(residual: Array, longest: int = 200) -> float:
-    """Variance factor of means of a coloured residual."""
-    e = residual - residual.mean()
-    n, power = len(e), float(e @ e) or 1.0
-    total = 1.0
-    for lag in range(1, min(longest, n // 4)):
-        r = float(e[lag:] @ e[: n - lag]) / power
-        if r < 0.05:
-            break
-        total += 2.0 * r
-    return total
 
 
 def _rows(bench: Bench, stretches: tuple[Stretch, ...]) -> Mask:

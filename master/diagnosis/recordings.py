@@ -102,7 +102,7 @@ def read(
 
 def _cut(table: Table, rows: tuple[int, int] | None) -> Table:
     if rows is not None:
-        table.columns = {name: values[rows[0] : rows[1]] for name, values in table.columns.items()}
+        table.columns = {name: np.array(v[rows[0] : rows[1]]) for name, v in table.columns.items()}
         table.first_row += rows[0]
     return table
 
@@ -112,7 +112,7 @@ def _clock(table: Table, rules: Rules) -> Column:
     if rules.period is None:
         raise DataError(f"{table.path}: no time, expected a column or a period")
     longest = max((len(values) for values in table.columns.values()), default=0)
-    table.columns[CLOCK] = np.arange(longest) * rules.period
+    table.columns[CLOCK] = np.asarray(np.arange(longest) * rules.period, dtype=np.float64)
     return Column(CLOCK, "s")
 
 

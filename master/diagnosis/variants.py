@@ -124,12 +124,9 @@ class Pool:
         self._players = {}
 
     def _links(self, added: tuple[Added, ...]) -> list[Link]:
-        files = {}
-        for fmu, source in self.sources(added).items():
-            target = catalogue.locate(source, self.system.folder, "native")
-            catalogue.build_stale([target], catalogue.silent)
-            files[fmu] = catalogue.file_of(target)
-        return links(self.system, self.part, files)
+        sources = self.sources(added).items()
+        targets = {fmu: catalogue.locate(source, self.system.folder, "native") for fmu, source in sources}
+        return links(self.system, self.part, catalogue.files(targets, catalogue.silent))
 
 
 def links(system: CutSystem, part: Part, files: Mapping[str, Path]) -> list[Link]:

@@ -1,0 +1,53 @@
+"""`dockloop diagnose`: measured data, the residual, what the model lacks, before and after."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
+from ..errors import ConfigError
+from .common import JSON, STDERR, answers_errors, print_json
+
+
+@click.command()
+@click.argument("case", type=click.Path(path_type=Path))
+@click.option("--output", type=click.Path(path_type=Path), help="Folder of the results.")
+@JSON
+@answers_errors
+def diagnose(case: Path, output: Path | None, as_json: bool) -> None:
+    """Say what the model of CASE lacks, add it, and show the error before and after."""
+    try:
+        from ..diagnosis.answer import answer
+    except ImportError as error:
+        raise ConfigError([f"diagnose: got no {error.name}, expected pip install -e '.[native]'"]) from None
+    folder = output or Path("results") / "diagnosis" / case.stem
+    columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
+    with Progress(*columns, console=STDERR, transient=True) as bar:
+        task = bar.add_task(case.stem)
+
+        def show(text: str) -> None:
+            bar.update(task, description=text)
+
+        report = answer(case, folder, show)
+    if as_json:
+        print_json(report)
+        return
+    for line in _lines(report, folder):
+        click.echo(line)
+
+
+def _lines(report: dict[str, Any], folder: Path) -> list[str]:
+    lines = [report["sentence"], f"verdict: {report['verdict']}; subsystem: {report['subsystem'] or 'none'}"]
+    for signal, before in report["before"].items():
+        after = report["after"][signal]
+        if before["rmse"] is not None and after["rmse"] is not None:
+            lines.append(
+                f"{signal}: rmse {before['rmse']:.4g} -> {after['rmse']:.4g} "
+                f"({before['nrmse_percent']:.3g} -> {after['nrmse_percent']:.3g} %) on the sealed part"
+            )
+    for family in report["undistinguished"]:
+        lines.append(f"not told apart: {' or '.join(family['family'])}. {family['experiment']}")
+    return [*lines, f"files in {folder}"]
