@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import importlib
+from functools import cache
 from pathlib import Path
 
 from .composed_names import base_of, composed, effects_of, is_composed
@@ -68,12 +69,13 @@ def _holds_model(path: Path) -> bool:
     return "\nMODEL = " in path.read_text(encoding="utf-8")
 
 
-def _imported(path: Path) -> list[Path]:
+@cache
+def _imported(path: Path) -> tuple[Path, ...]:
     tree = ast.parse(path.read_text(encoding="utf-8"))
-    found = []
+    found: list[Path] = []
     for node in ast.walk(tree):
         if isinstance(node, ast.ImportFrom) and node.level:
             folder = path.parents[node.level - 1].joinpath(*(node.module or "").split("."))
             candidates = [folder, *(folder / alias.name for alias in node.names)]
             found += [c.with_suffix(".py") for c in candidates if c.with_suffix(".py").is_file()]
-    return found
+    return tuple(found)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from fmu_sources import registry
@@ -15,7 +15,7 @@ Progress = Callable[[str], None]
 FLAVOURS = build.FLAVOURS
 
 
-def silent(model: str) -> None:
+def silent(text: str) -> None:
     """Show nothing."""
 
 
@@ -43,29 +43,30 @@ def locate(source: str, folder: Path, flavour: str) -> Path | build.Target:
         raise ConfigError([f"no such model, got {source!r}, {models}, or a path to an FMU"]) from None
 
 
-def build_stale(targets: Iterable[Path | build.Target], progress: Progress) -> None:
+def files(targets: Mapping[str, Path | build.Target], progress: Progress) -> dict[str, Path]:
     """
-    Build each target once that is missing or older than its sources.
+    Give the FMU files of named targets; those that are missing or older than their sources are built.
+
+    Where a native FMU cannot be built here, its model's Python flavour takes its place, and `progress`
+    says so.
 
     Raises:
-        ConfigError: If that needs tools that are not installed.
+        ConfigError: If an FMI 3.0 FMU cannot be built here.
     """
-    unique = {t.path: t for t in targets if isinstance(t, build.Target)}
-    for target in unique.values():
-        if not target.is_current():
-            progress(target.model)
-            _build(target)
+    built: dict[build.Target, Path] = {}
+    for target in targets.values():
+        if isinstance(target, build.Target) and target not in built:
+            built[target] = target.path if target.is_current() else _build(target, progress)
+    return {name: built[t] if isinstance(t, build.Target) else t for name, t in targets.items()}
 
 
-def _build(target: build.Target) -> None:
+def _build(target: build.Target, progress: Progress) -> Path:
+    progress(f"building {target.model}.fmu ({target.flavour})")
     try:
-        build.build(target)
+        return build.build(target)
     except NativeBuildError as error:
-        raise ConfigError(
-            [f"{target.model}.fmu: missing or older than its sources; {error}; or take --flavour python"]
-        ) from None
-
-
-def file_of(target: Path | build.Target) -> Path:
-    """Path of the FMU file."""
-    return target if isinstance(target, Path) else target.path
+        if target.flavour != "native":
+            raise ConfigError([f"{target.model}.fmu: missing or older than its sources; {error}"]) from None
+        progress(f"{error}; until then the Python flavour of {target.model} takes its place")
+    instead = build.target(target.model, "python")
+    return instead.path if instead.is_current() else _build(instead, progress)

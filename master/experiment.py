@@ -152,8 +152,7 @@ def _fmu_files(loaded: LoadedConfig, flavour: str, progress: catalogue.Progress)
             problems += [f"{where}: {problem}" for problem in error.problems]
     if problems:
         raise ConfigError(problems)
-    catalogue.build_stale(targets.values(), progress)
-    return {name: catalogue.file_of(target) for name, target in targets.items()}
+    return catalogue.files(targets, progress)
 
 
 def _descriptions(loaded: LoadedConfig, files: Mapping[str, Path]) -> dict[str, Description]:

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import ctypes
 import logging
-import shutil
+import tempfile
+import zipfile
 from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
+from . import folders
 from .description import Description, Kind, Variable
 from .errors import FmuError
 
@@ -20,16 +23,14 @@ class FmuSlave:
     """Base of an FMU's instance; a subclass sets `_fmu` (FMPy's object) in `_instantiate`."""
 
     def __init__(self, name: str, description: Description) -> None:
-        from fmpy import extract
-
         self.name, self.description = name, description
         self._messages: list[str] = []
         self._is_initialised = False
-        self._folder = str(extract(str(description.path)))
+        self._folder = folders.acquire(description, unpack)
         try:
             self._fmu: Any = self._instantiate()
         except Exception as error:  # FMPy and the loader raise bare exceptions
-            shutil.rmtree(self._folder, ignore_errors=True)
+            folders.release(self._folder)
             raise FmuError(name, self._failure(f"cannot be loaded: {error}")) from None
 
     def _instantiate(self) -> Any:
@@ -73,7 +74,7 @@ class FmuSlave:
                 self._free()
             except Exception as error:  # an FMU that fails at its end has given its results already
                 _logger.warning("%s: %s", self.name, error)
-        shutil.rmtree(self._folder, ignore_errors=True)
+        folders.release(self._folder)
 
     def _free(self) -> None:
         self._fmu.freeInstance()
@@ -96,6 +97,17 @@ class FmuSlave:
         _logger.debug("%s (%s): %s", self.name, STATUS[status] if status < len(STATUS) else status, text)
         if status:
             self._messages.append(text)
+
+
+def unpack(path: Path) -> str:
+    """Unpack what an FMU needs to run here into a new folder: its resources and this platform's binary."""
+    from fmpy import platform, platform_tuple
+
+    folder = tempfile.mkdtemp(prefix="dockloop-")
+    wanted = ("modelDescription.xml", "resources/", f"binaries/{platform}/", f"binaries/{platform_tuple}/")
+    with zipfile.ZipFile(path) as archive:
+        archive.extractall(folder, [m for m in archive.namelist() if m.startswith(wanted)])
+    return folder
 
 
 def address(function: Any) -> int:

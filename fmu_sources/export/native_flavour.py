@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
 
 from ..model import Model
@@ -33,6 +34,7 @@ class NativeSources:
     reference: Mapping[str, bytes] = field(repr=False, default_factory=dict)
 
 
+@cache
 def native_token(model: Model, model_file: Path, *more: Path) -> str:
     """Compute the GUID from all sources that the FMU is generated from, without generating it."""
     generator = [

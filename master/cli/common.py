@@ -55,6 +55,6 @@ def answers_errors(command: Callable[..., None]) -> Callable[..., None]:
     return wrapped
 
 
-def show_building(model: str) -> None:
-    """Say which FMU is being built."""
-    STDERR.print(f"building {model}.fmu", style="dim", markup=False)
+def show_building(text: str) -> None:
+    """Say what is being built."""
+    STDERR.print(text, style="dim", markup=False)

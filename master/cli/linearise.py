@@ -24,8 +24,8 @@ from .common import FLAVOUR, JSON, answers_errors, print_json, show_building
 def linearise(model: str, axis: str, flavour: str, as_json: bool) -> None:
     """Fit the linear motion simulator to one axis of MODEL (a model, or a path to an FMU)."""
     target = catalogue.locate(model, Path(), flavour)
-    catalogue.build_stale([target], show_building)
-    system = realised(read_description(catalogue.file_of(target)), axis)
+    file = catalogue.files({model: target}, show_building)[model]
+    system = realised(read_description(file), axis)
     fitted, given = fit(system), judge(system, PHYSICS)
     if as_json:
         print_json(_as_dict(model, axis, fitted, given))
