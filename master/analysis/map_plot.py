@@ -42,10 +42,11 @@ def _curve(axis: Any, found: StabilityMap) -> None:
 
 def _regions(axis: Any, found: StabilityMap) -> None:
     assert found.y is not None
-    unstable = np.where(np.isnan(found.growth), 1.0, (found.growth > 0.0).astype(float))
-    axis.contourf(
-        found.x.values, found.y.values, unstable, levels=[-0.5, 0.5, 1.5], colors=[_STABLE, _UNSTABLE]
-    )
+    if found.y.wire is None:
+        colours, ends = [_STABLE, _UNSTABLE], float(np.max(np.abs(found.growth))) + 1.0
+        axis.contourf(found.x.values, found.y.values, found.growth, levels=[-ends, 0.0, ends], colors=colours)
+    else:
+        _below_margin(axis, found)
     if found.boundary:
         x, y = np.array(found.boundary).T
         axis.plot(x, y, "o-" if len(set(x)) == len(x) else "o", color=_LINE, markersize=3)
@@ -53,3 +54,16 @@ def _regions(axis: Any, found: StabilityMap) -> None:
     axis.text(
         0.02, 0.98, "green: stable, red: unstable", transform=axis.transAxes, va="top", fontsize="small"
     )
+
+
+def _below_margin(axis: Any, found: StabilityMap) -> None:
+    """Shade up to the margin of each column, all of a column without margin, nothing of an unstable one."""
+    assert found.y is not None
+    low, high = found.y.values[0], found.y.values[-1]
+    margins = dict(found.boundary)
+    ends = [margins.get(float(x), high) for x in found.x.values]
+    stable = [end if growth <= 0.0 else low for end, growth in zip(ends, found.at_rest, strict=True)]
+    axis.set_facecolor(_UNSTABLE)
+    axis.fill_between(found.x.values, low, np.maximum(stable, low), color=_STABLE, linewidth=0.0)
+    axis.set_xlim(found.x.values[0], found.x.values[-1])
+    axis.set_ylim(low, high)

@@ -59,7 +59,7 @@ class ThirdOrder:
         return np.asarray(self.K_p * w2 / denominator * np.exp(-s * self.dead_time))
 
 
-PHYSICS = ThirdOrder(30.0, 2.0 * math.pi * 20.0, 0.8, 0.002)
+CONFIGURED = ThirdOrder(30.0, 2.0 * math.pi * 20.0, 0.8, 0.002)
 
 
 @dataclass(frozen=True)
@@ -123,7 +123,7 @@ def fit(system: StateSpace) -> Fit:
         relative = _form(p).at(frequencies) / measured - 1.0
         return np.concatenate([relative.real, relative.imag])
 
-    start = [*np.log([PHYSICS.K_p, PHYSICS.w_v, PHYSICS.z]), PHYSICS.dead_time]
+    start = [*np.log([CONFIGURED.K_p, CONFIGURED.w_v, CONFIGURED.z]), CONFIGURED.dead_time]
     bounds = ([-np.inf] * 3 + [0.0], [np.inf] * 3 + [0.1])
     found = least_squares(errors, start, bounds=bounds, x_scale=[1.0, 1.0, 1.0, 1e-3], xtol=1e-14, ftol=1e-14)
     return judge(system, _form(found.x))

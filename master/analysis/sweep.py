@@ -60,6 +60,12 @@ class StabilityMap:
     growth: Floats
     boundary: tuple[tuple[float, float], ...]
 
+    @property
+    def at_rest(self) -> list[float]:
+        """Along a delay: growth of each column without it."""
+        found: list[float] = np.nan_to_num(self.growth[0], nan=-1.0).tolist()
+        return found
+
 
 def parse_axis(text: str, system: System) -> Axis:
     """
@@ -111,10 +117,10 @@ def stability_map(
     laboratory: Laboratory, x: Axis, y: Axis | None = None, progress: Progress = lambda: None
 ) -> StabilityMap:
     """Compute growth and boundary; `progress` is called for each value of x."""
-    if x.wire is not None and (y is None or y.wire is None):
-        x, y = (y or _nothing()), x
+    if x.wire is not None and y is not None:
+        x, y = y, x
     if x.wire is not None:
-        raise ConfigError(["--sweep: two delays, expected one delay and a parameter"])
+        raise ConfigError([f"--sweep: a delay alone, got {x.label}, expected a parameter beside it"])
     columns, boundary = [], []
     for value in x.values:
         fixed = dict.fromkeys(x.signals, float(value))
@@ -128,10 +134,6 @@ def stability_map(
             (root, 0.0) for root in _roots(_growth_along(laboratory, {}, x.signals), x.values, growth[0])
         ]
     return StabilityMap(x, y, growth, tuple(boundary))
-
-
-def _nothing() -> Axis:
-    return Axis((), np.array([0.0]), "1", None)
 
 
 def _column(laboratory: Laboratory, fixed: Mapping[str, float], y: Axis | None) -> tuple[Floats, list[float]]:
@@ -148,6 +150,8 @@ def _delays(
     laboratory: Laboratory, fixed: Mapping[str, float], y: Axis, wire: Wire
 ) -> tuple[Floats, list[float]]:
     coupled = laboratory.coupled(fixed)
+    if coupled.period != 1:
+        raise ConfigError(["--sweep: no delay over FMUs of several rates, expected each to step every tick"])
     at_rest = growth_rate(coupled)
     if at_rest > 0.0:
         return np.full(len(y.values), at_rest), []

@@ -9,7 +9,7 @@ import click
 import numpy as np
 
 from .. import catalogue
-from ..analysis.plant import AXES, PHYSICS, TABULATED, Fit, fit, judge
+from ..analysis.plant import AXES, CONFIGURED, TABULATED, Fit, fit, judge
 from ..analysis.plant import linearise as realised
 from ..description import read_description
 from .common import FLAVOUR, JSON, answers_errors, print_json, show_building
@@ -26,7 +26,7 @@ def linearise(model: str, axis: str, flavour: str, as_json: bool) -> None:
     target = catalogue.locate(model, Path(), flavour)
     file = catalogue.files({model: target}, show_building)[model]
     system = realised(read_description(file), axis)
-    fitted, given = fit(system), judge(system, PHYSICS)
+    fitted, given = fit(system), judge(system, CONFIGURED)
     if as_json:
         print_json(_as_dict(model, axis, fitted, given))
         return
@@ -38,7 +38,7 @@ def _as_dict(model: str, axis: str, fitted: Fit, given: Fit) -> dict[str, Any]:
         "model": model,
         "axis": axis,
         "fit": fitted.as_dict(),
-        "physics": given.as_dict(),
+        "configurations": given.as_dict(),
         "frequency": TABULATED.tolist(),
         "magnitude": np.abs(fitted.measured).tolist(),
         "phase_deg": np.degrees(np.angle(fitted.measured)).tolist(),
@@ -47,12 +47,12 @@ def _as_dict(model: str, axis: str, fitted: Fit, given: Fit) -> dict[str, Any]:
 
 def _lines(fitted: Fit, given: Fit) -> list[str]:
     rows = [f"  {'':<12}{'K_p':>9}{'w_v':>10}{'z':>9}{'dead time [ms]':>16}   largest error over the range"]
-    for name, found in (("fit", fitted), ("physics.md", given)):
+    for name, found in (("fit", fitted), ("configs", given)):
         form = found.form
         error = f"{100 * found.magnitude_error:.2f} % {found.phase_error:.2f} deg"
         values = f"{form.K_p:>9.3f}{form.w_v:>10.3f}{form.z:>9.4f}{1e3 * form.dead_time:>16.3f}"
         rows.append(f"  {name:<12}{values}   {error}")
-    rows += ["", f"  {'f [Hz]':>8}{'model':>16}{'fit':>16}{'physics.md':>16}"]
+    rows += ["", f"  {'f [Hz]':>8}{'model':>16}{'fit':>16}{'configs':>16}"]
     for row in zip(
         TABULATED, fitted.measured, fitted.form.at(TABULATED), given.form.at(TABULATED), strict=True
     ):

@@ -1,0 +1,119 @@
+"""`analyse`, `linearise` and `design-dpdc` on the project's FMUs, and a run that takes its design."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+from analysed import CONFIGS, prepared
+from click.testing import CliRunner
+
+from master.cli import main
+
+LOW = str(CONFIGS / "low_frequency.yaml")
+HEXAPOD = str(CONFIGS / "hexapod" / "high_frequency.yaml")
+
+
+def command(*arguments):
+    return CliRunner().invoke(main, [str(a) for a in arguments])
+
+
+def answer(*arguments):
+    found = command(*arguments, "--json")
+    assert found.exit_code == 0, found.output
+    return json.loads(found.stdout)
+
+
+def test_analyse_gives_poles_margins_and_assumptions():
+    found = answer("analyse", LOW, "--variant", "cfdc", "--zeros", "spacecraft.f:spacecraft.s_des")
+
+    assert found["stable"]
+    assert found["latency_budget"] == {"to": "spacecraft.f", "seconds": pytest.approx(1.563e-3, abs=2e-5)}
+    assert [a["signal"] for a in found["assumptions"]] == ["compensator.identifier"]
+    assert {m["to"] for m in found["margins"]} >= {"spacecraft.f", "compensator.f_mea"}
+    assert found["zeros"]
+    assert found["notes"] == []
+
+
+def test_analyse_reads_as_text():
+    found = command("analyse", LOW)
+
+    assert found.output.startswith("low_frequency\nstable")
+    assert "latency budget" in found.output
+    assert "assumed: compensator.identifier = fixed" in found.output
+
+
+def test_a_sweep_draws_its_map(tmp_path):
+    sweeps = ["--sweep", "spacecraft.f=0:0.004:5", "--sweep", "spacecraft.m_s=600:1000:3"]
+    found = answer("analyse", LOW, "--variant", "cfdc", *sweeps, "--output", tmp_path)
+
+    assert [x for x, _ in found["boundary"]] == [600.0, 800.0, 1000.0]
+    assert all(1.4e-3 < delay < 1.7e-3 for _, delay in found["boundary"])
+    assert (tmp_path / "stability.png").stat().st_size > 5000
+
+
+@pytest.mark.parametrize(
+    ("arguments", "fault"),
+    [
+        (["--zeros", "spacecraft.g:spacecraft.s_des"], "--zeros: no such connected input"),
+        (["--zeros", "spacecraft.f"], "--zeros: not a pair"),
+        (["--sweep", "spacecraft.f=0:1:3"], "--sweep: a delay alone"),
+        (["--sweep", "a=1", "--sweep", "b=1", "--sweep", "c=1"], "--sweep: too many, got 3"),
+    ],
+)
+def test_wrong_questions_are_refused(arguments, fault):
+    found = command("analyse", LOW, *arguments)
+
+    assert found.exit_code == 2
+    assert fault in found.output
+
+
+def test_linearise_fits_the_linear_model_exactly_and_the_hexapod_within_its_form():
+    linear, hexapod = answer("linearise", "motion_simulator_linear"), answer("linearise", "motion_simulator")
+
+    assert linear["fit"]["K_p"] == pytest.approx(30.0, rel=1e-5)
+    assert linear["fit"]["largest_phase_error_deg"] < 1e-3
+    assert hexapod["fit"]["largest_magnitude_error"] < 0.006
+    assert hexapod["fit"]["largest_phase_error_deg"] < 0.8
+    assert hexapod["phase_deg"][1:5] == pytest.approx([-5.45, -10.94, -12.16, -30.70], abs=0.3)
+    assert hexapod["magnitude"][4] == pytest.approx(0.912, abs=0.005)
+
+
+def test_an_axis_that_a_model_has_not_is_refused():
+    found = command("linearise", "motion_simulator_linear", "--axis", "yaw")
+
+    assert found.exit_code == 2
+    assert "--axis: motion_simulator_linear has none, got 'yaw'" in found.output
+
+
+def test_design_covers_the_range_and_leaves_no_phase_at_its_upper_end():
+    found = answer("design-dpdc", LOW, "--range", "m_s=700:1000")
+
+    assert found["frequency"][0] == pytest.approx(0.874, abs=1e-3)
+    assert found["left_deg"][-1] == pytest.approx(0.0, abs=0.02)
+    assert max(map(abs, found["left_deg"])) < 2.5
+    assert found["lag_deg"][-1] == pytest.approx(13.46, abs=0.05)
+
+
+def test_a_range_of_something_else_is_refused():
+    found = command("design-dpdc", LOW, "--range", "mass=1:2")
+
+    assert found.exit_code == 2
+    assert "dpdc: no such attribute, got 'mass'" in found.output
+
+
+def test_a_run_takes_the_design_of_its_configuration():
+    designed = answer("design-dpdc", HEXAPOD)
+    compensator = prepared("hexapod/high_frequency", "cfdc_dpdc").system.instances["compensator"]
+
+    assert compensator.value_of("dpdc_phase") == pytest.approx(designed["dpdc_phase"], rel=1e-4)
+    assert compensator.value_of("dpdc_frequency") == pytest.approx(2.590, abs=1e-3)
+
+
+def test_what_is_set_by_hand_stays():
+    compensator = prepared("hexapod/high_frequency", None, "compensator.dpdc_phase=0.5").system.instances[
+        "compensator"
+    ]
+
+    assert compensator.value_of("dpdc_phase") == 0.5
+    assert compensator.value_of("dpdc_frequency") == pytest.approx(2.590, abs=1e-3)
