@@ -1,0 +1,32 @@
+"""A long run of our master whose rows go to disk; answers its largest resident memory."""
+
+from __future__ import annotations
+
+import json
+import resource
+import sys
+import tempfile
+from pathlib import Path
+
+from master.experiment import Request, prepare
+from master.results import ResultFiles
+from master.simulation import RunOptions, simulate
+
+KEPT_ROWS = 10_000
+
+
+def main(config: str, seconds: str) -> None:
+    """Run and answer."""
+    experiment = prepare(Path(config), Request(stop_time=float(seconds)))
+    keep_every = -(-experiment.grid.n_ticks // KEPT_ROWS)
+    with tempfile.TemporaryDirectory() as folder, ResultFiles(Path(folder)) as files:
+        options = RunOptions(sink=files, keep_every=keep_every)
+        outcome = simulate(experiment.system, experiment.schedule, experiment.grid, options=options)
+        size = files.csv.stat().st_size
+    assert outcome.status == "completed", outcome.cause
+    peak = 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    print(json.dumps({"peak_bytes": peak, "csv_bytes": size, "steps": outcome.steps}))
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

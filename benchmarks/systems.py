@@ -1,0 +1,104 @@
+"""The systems that all masters step, written down once: a YAML file for ours, a JSON file for the others."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import yaml
+from ring_model import MODEL
+
+from fmu_sources.export.native import generate
+from fmu_sources.export.native_flavour import NativeSources, host_binaries, pack_native
+from master.description import Kind
+from master.experiment import Experiment, prepare
+
+PROJECT = Path(__file__).parents[1]
+BUILD = PROJECT / "build" / "benchmarks"
+RING_TOKEN = "{benchmark-ring}"
+STEP = 1e-3
+LONG = 1e4  # s; runs are cut by their number of steps
+
+
+@dataclass(frozen=True)
+class Case:
+    """One system: `config` for our master, `spec` for the others."""
+
+    name: str
+    config: Path
+    spec: Path
+
+
+def docking_loop() -> Case:
+    """The paper's loop at low frequency: five native FMUs, in the paper's order."""
+    data = yaml.safe_load((PROJECT / "configs" / "low_frequency.yaml").read_text(encoding="utf-8"))
+    data["fmus"].pop("ideal")
+    for choice in ("identifier", "preset"):  # at their defaults; no peer but FMPy can set an enumeration
+        data["fmus"]["compensator"]["parameters"].pop(choice)
+    data["coupling"]["order"].remove("ideal")
+    data = {key: data[key] for key in ("step_size", "fmus", "coupling", "connections")}
+    return write_case("docking_loop", data)
+
+
+def ring(n: int, signals: int = 1) -> Case:
+    """N links in a ring, side by side; `signals` is the number of wires between neighbours."""
+    source = str(ring_fmu(signals))
+    fmus = {f"link{i}": {"source": source, "start": {"x": math.sin(2.0 * math.pi * i / n)}} for i in range(n)}
+    wires = [{"from": f"link{i}.x", "to": f"link{(i + 1) % n}.u"} for i in range(n)]
+    return write_case(
+        f"ring_{n}",
+        {"step_size": STEP, "fmus": fmus, "coupling": {"order": [list(fmus)]}, "connections": wires},
+    )
+
+
+def ring_fmu(signals: int = 1) -> Path:
+    """Build the link for this machine."""
+    path = BUILD / "link.fmu"
+    sources = NativeSources(MODEL, RING_TOKEN, generate(MODEL, RING_TOKEN))
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(pack_native(sources, host_binaries(sources), "2.0"))
+    return path
+
+
+def write_case(name: str, data: dict) -> Case:
+    """Write both files of a system."""
+    folder = BUILD / name
+    folder.mkdir(parents=True, exist_ok=True)
+    config = folder / "system.yaml"
+    config.write_text(yaml.safe_dump({"name": name, "stop_time": LONG, **data}), encoding="utf-8")
+    experiment = prepare(config)
+    for key, instance in experiment.system.instances.items():
+        fmu = folder / instance.description.path.name  # a copy, whatever happens to the sources meanwhile
+        fmu.write_bytes(instance.description.path.read_bytes())
+        data["fmus"][key]["source"] = str(fmu)
+    config.write_text(yaml.safe_dump({"name": name, "stop_time": LONG, **data}), encoding="utf-8")
+    spec = folder / "system.json"
+    spec.write_text(json.dumps(_spec(prepare(config))), encoding="utf-8")
+    return Case(name, config, spec)
+
+
+def _typed(value: float, kind: Kind) -> float | int | bool:
+    return {Kind.REAL: float, Kind.INTEGER: int, Kind.BOOLEAN: bool}[kind](value)
+
+
+def _spec(experiment: Experiment) -> dict:
+    instances = experiment.system.instances
+    return {
+        "step_size": experiment.config.step_size,
+        "order": [list(group) for group in experiment.schedule.groups],
+        "fmus": {
+            name: {
+                "path": str(i.description.path),
+                "start": {v: _typed(x, i.description.by_name[v].kind) for v, x in i.start.items()},
+                "references": {v.name: v.reference for v in i.description.variables},
+                "kinds": {v.name: v.kind.value for v in i.description.variables},
+                "outputs": [v.name for v in i.description.outputs],
+                "identifier": i.description.model_identifier,
+                "token": i.description.token,
+            }
+            for name, i in instances.items()
+        },
+        "connections": [[w.source.name, w.target.name] for w in experiment.system.wires],
+    }
