@@ -9,6 +9,7 @@ from scipy.special import lambertw
 from stubs import bench, gain, integrator, wire
 
 from master.analysis.poles import dominant, growth_rate, poles
+from master.errors import FmuError
 
 
 def of_tick(laboratory, **more):
@@ -94,3 +95,14 @@ def test_mass_and_spring_take_part_in_the_oscillation(oscillator):
     assert found.frequency == pytest.approx(0.86, abs=0.01)
     assert shares["mass"] == max(shares.values())
     assert sum(shares.values()) == pytest.approx(1.0, abs=0.25)
+
+
+def test_an_fmu_that_cannot_save_its_state_is_refused(oscillator):
+    laboratory = oscillator(0.87)
+    for instance in laboratory.system.instances.values():
+        object.__setattr__(instance.description, "can_get_and_set_state", False)
+
+    with pytest.raises(
+        FmuError, match=r"mass: cannot be analysed, got canGetAndSetFMUState = false, expected true"
+    ):
+        laboratory.coupled()
