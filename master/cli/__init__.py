@@ -13,6 +13,7 @@ COMMANDS = {
     "analyse": "analyse",
     "linearise": "linearise",
     "design-dpdc": "design_dpdc",
+    "reproduce": "reproduce",
     "build": "build",
     "export-ssp": "export_ssp",
 }

@@ -1,0 +1,56 @@
+"""`dockloop reproduce`: every figure and claim of the paper, beside ours, on one page."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable
+from pathlib import Path
+
+import click
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.table import Table
+
+from ..reproduce.claim import CONDITION, FAILS, HOLDS
+from ..reproduce.reproduction import Reproduction
+from ..reproduce.reproduction import reproduce as reproduce_paper
+from .common import JSON, STDERR, answers_errors, print_json, show_building
+
+_STYLES = {HOLDS: "green", CONDITION: "yellow", FAILS: "red"}
+
+
+@click.command()
+@click.option(
+    "--output",
+    type=click.Path(path_type=Path, file_okay=False),
+    default=Path("results") / "reproduce",
+    show_default=True,
+    metavar="DIR",
+    help="Folder for the page and the figures.",
+)
+@JSON
+@answers_errors
+def reproduce(output: Path, as_json: bool) -> None:
+    """Reproduce the paper: runs of the FMUs for each figure and claim, judged, on one page."""
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=STDERR) as bar:
+
+        def stage(name: str, total: int) -> Callable[[int], None]:
+            task = bar.add_task(name, total=total)
+            return lambda n: bar.advance(task, n)
+
+        found = reproduce_paper(output, stage, show_building)
+    if as_json:
+        print_json(found.as_dict())
+    else:
+        _show(found)
+
+
+def _show(found: Reproduction) -> None:
+    table = Table("claim", "bound", "measured", "verdict", box=None)
+    for row in found.rows:
+        measured = "-" if row.measured is None else f"{row.measured:.4g}"
+        table.add_row(row.id, row.bound, measured, row.verdict, style=_STYLES[row.verdict])
+    STDERR.print(table)
+    for verdict, n in Counter(row.verdict for row in found.rows).items():
+        click.echo(f"{n:>4} {verdict}")
+    click.echo(found.files["page"])

@@ -1,0 +1,185 @@
+"""The page: one HTML file with style, script and data inside."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from html import escape
+from pathlib import Path
+
+from .claim import CONDITION, FAILS, HOLDS, Claim, Row
+from .errata import ERRATA
+from .figures import FIGURES, PAPER
+from .orders import Ordered
+from .parameters import OPEN, PARAMETERS
+from .plot import Panel, as_data
+
+_CLASS = {HOLDS: "holds", CONDITION: "condition", FAILS: "fails"}
+_HERE = Path(__file__).parent
+
+
+@dataclass(frozen=True)
+class Content:
+    """All that the page shows: panels by figure, rows by claim, orders."""
+
+    panels: Mapping[str, Sequence[Panel]]
+    judged: Sequence[tuple[Claim, Sequence[Row]]]
+    orders: Sequence[Ordered]
+
+
+def write_page(content: Content, path: Path) -> Path:
+    """Write the page."""
+    data = {name: [as_data(p) for p in panels] for name, panels in content.panels.items()}
+    text = json.dumps(data, allow_nan=False, separators=(",", ":")).replace("</", "<\\/")
+    body = "\n".join(
+        (_head(content), _figures(), _claims(content), _orders(content), _errata(), _parameters())
+    )
+    page = (
+        '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+        '<link rel="icon" href="data:,">\n<title>The paper, reproduced and judged</title>\n'
+        f"{_part('style.html')}</head>\n<body>\n<main>\n{body}\n</main>\n"
+        f'<script type="application/json" id="data">{text}</script>\n'
+        f"{_part('plotter.html')}</body>\n</html>\n"
+    )
+    path.write_text(page, encoding="utf-8")
+    return path
+
+
+def number(value: float | None) -> str:
+    """Give a measured value for people."""
+    return "-" if value is None else f"{value:.4g}"
+
+
+def _part(name: str) -> str:
+    return (_HERE / name).read_text(encoding="utf-8")
+
+
+def _table(heads: Sequence[str], rows: Iterable[str]) -> str:
+    head = "".join(f"<th>{escape(h)}</th>" for h in heads)
+    return f"<table><thead><tr>{head}</tr></thead><tbody>{''.join(rows)}</tbody></table>"
+
+
+def _row(*cells: str) -> str:
+    return "<tr>" + "".join(f"<td>{escape(c)}</td>" for c in cells) + "</tr>"
+
+
+def _head(content: Content) -> str:
+    rows = [row for _, judged in content.judged for row in judged]
+    counts = "".join(
+        f'<span class="{_CLASS[v]}"><b>{sum(r.verdict == v for r in rows)}</b> {v}</span>' for v in _CLASS
+    )
+    links = "".join(
+        f'<a href="#{place}">{text}</a>'
+        for place, text in (
+            ("figures", "Figures"),
+            ("claims", "Claims"),
+            ("orders", "Orders of stepping"),
+            ("errata", "Errata"),
+            ("parameters", "Parameters"),
+        )
+    )
+    return (
+        "<h1>The paper, reproduced and judged</h1>"
+        '<p class="lead">A Force and Displacement Compensation Method Toward Divergence and Accuracy of '
+        "Hardware-In-the-Loop Simulation System for Manipulator Docking. Every curve and "
+        "number here comes from "
+        "runs of the FMUs: with the hexapod, the paper's plant, unless the linear plant is named.</p>"
+        f'<p class="counts">{counts}</p><nav>{links}</nav>'
+    )
+
+
+def _figures() -> str:
+    hint = (
+        '<p class="soft">Drag over a plot to zoom, double-click for all, click a label to hide a curve.</p>'
+    )
+    found = ['<h2 id="figures">Figures</h2>', hint]
+    for figure in FIGURES:
+        name = f"Fig. {figure.id}. " if figure in PAPER else "Ours. "
+        found.append(
+            f'<figure id="figure-{figure.id}" data-figure="{figure.id}">'
+            f"<h3>{escape(name + figure.title)}</h3>"
+            f'<div class="panels"></div><figcaption><p><b>Paper:</b> {escape(figure.paper)}.</p>'
+            f"<p><b>Here:</b> {escape(figure.ours)}.</p></figcaption></figure>"
+        )
+    return "\n".join(found)
+
+
+def _claims(content: Content) -> str:
+    rows = []
+    for claim, judged in content.judged:
+        rows.append(
+            f'<tr class="claim" id="claim-{claim.id}"><td colspan="5"><b>{escape(claim.claim)}.</b> '
+            f'<span class="soft">{escape(claim.place)}; {escape(claim.id)}</span></td></tr>'
+        )
+        rows += [_claim_row(row) for row in judged]
+    heads = ("case", "bound", "measured", "verdict", "why")
+    return (
+        '<h2 id="claims">Claims</h2><p class="soft">Bounds were written before the runs. The measured '
+        "value is the "
+        "worst of ten noise seeds.</p>" + _table(heads, rows)
+    )
+
+
+def _claim_row(row: Row) -> str:
+    case = row.claim[row.claim.index("(") + 1 : -1]
+    return (
+        f"<tr><td>{escape(case)}</td><td>{escape(row.bound)}</td>"
+        f'<td class="number">{number(row.measured)}</td>'
+        f'<td class="verdict {_CLASS[row.verdict]}">{row.verdict}</td><td>{escape(row.why)}</td></tr>'
+    )
+
+
+def _orders(content: Content) -> str:
+    def cells(o: Ordered) -> tuple[str, ...]:
+        none, compensated = (number(z) for z in o.zeta)
+        return o.name, str(o.count), f"{o.loop_steps:g}", none, compensated, ", ".join(o.late) or "none"
+
+    shown: dict[float, Ordered] = {}
+    for o in sorted(content.orders, key=lambda o: (o.loop_steps, o.name != content.orders[0].name)):
+        shown.setdefault(o.loop_steps, o)
+    counts = {s: sum(o.count for o in content.orders if o.loop_steps == s) for s in shown}
+    heads = (
+        "order",
+        "orders like it",
+        "steps in the force loop",
+        "zeta, none",
+        "zeta, CFDC",
+        "one step late",
+    )
+    brief = [_row(o.name, str(counts[s]), *cells(o)[2:]) for s, o in shown.items()]
+    return (
+        '<h2 id="orders">Orders of stepping</h2><p>The paper does not say in which order '
+        "its parts are computed in "
+        f"a period. Here is case S1 with the linear plant and exact parameters (real docking: zeta "
+        f"{number(content.orders[0].zeta_ideal)}): only the steps in the force loop count, "
+        "each costs w T/2 of "
+        "damping. A row stands behind a step, so that two steps in the loop are the least "
+        "that stepping one after "
+        "the other can have, and it is with these two that the method gives the ideal "
+        "damping. One more halves the "
+        "damping and two more make the compensated loop diverge; iteration has none of them, "
+        "and damps too much.</p>"
+        + _table(heads, brief)
+        + "<details><summary>All classes of orders</summary>"
+        + _table(heads, [_row(*cells(o)) for o in content.orders])
+        + "</details>"
+    )
+
+
+def _errata() -> str:
+    rows = [_row(str(i), e.place, e.printed, e.correct, e.verified) for i, e in enumerate(ERRATA, 1)]
+    return '<h2 id="errata">Errata of the paper</h2>' + _table(
+        ("#", "place", "printed", "correct", "verified"), rows
+    )
+
+
+def _parameters() -> str:
+    rows = [_row(p.symbol, p.meaning, p.unit, *p.values, p.source) for p in PARAMETERS]
+    points = "".join(f"<li>{escape(p)}</li>" for p in OPEN)
+    return (
+        '<h2 id="parameters">Parameters</h2>'
+        + _table(("symbol", "meaning", "unit", "S1", "S2", "E1", "E2", "where it comes from"), rows)
+        + f"<h3>What is not determined</h3><ul>{points}</ul>"
+    )

@@ -1,0 +1,101 @@
+"""The whole: runs, figures, claims, files."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from . import claims_identification, claims_loop, claims_methods, orders
+from .claim import Claim, Row, judge, wishes
+from .figures import FIGURES
+from .page import Content, write_page
+from .plot import Figure
+from .png import save
+from .pool import Recordings, build_fmus, merged, perform_all
+
+CLAIMS: tuple[Claim, ...] = (
+    *claims_loop.CLAIMS,
+    *claims_methods.CLAIMS,
+    *claims_identification.CLAIMS,
+)
+_THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+
+Stage = Callable[[str, int], Callable[[int], None]]
+
+
+@dataclass(frozen=True)
+class Reproduction:
+    """What was found and written."""
+
+    rows: Sequence[Row]
+    files: dict[str, Any]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Fields for JSON."""
+        return {"claims": [row.as_dict() for row in self.rows], "files": self.files}
+
+
+def reproduce(folder: Path, stage: Stage, say: Callable[[str], None]) -> Reproduction:
+    """
+    Reproduce the paper.
+
+    Args:
+        folder: Where the page, the PNG files and claims.json go.
+        stage: Begins a stage by name and number of parts; gives what counts the parts done.
+        say: Shows that an FMU is built.
+    """
+    wanted = merged([wishes(CLAIMS), *(figure.wishes for figure in FIGURES)])
+    build_fmus(wanted, say)
+    with _one_thread_each():
+        recordings = perform_all(wanted, stage("runs of the FMUs", len(wanted)))
+    judged = [(claim, judge(claim, recordings)) for claim in CLAIMS]
+    drawing = stage("figures", len(FIGURES) + 1)
+    panels = {}
+    (folder / "figures").mkdir(parents=True, exist_ok=True)
+    pictures = {}
+    for figure in FIGURES:
+        panels[figure.id] = figure.draw(recordings)
+        pictures[figure.id] = str(save(_title(figure), panels[figure.id], folder / "figures" / _name(figure)))
+        drawing(1)
+    content = Content(panels, judged, orders.compare())
+    drawing(1)
+    rows = [row for _, rows in judged for row in rows]
+    files = {"page": str(write_page(content, folder / "index.html")), "figures": pictures}
+    files["claims"] = str(_write_claims(rows, folder / "claims.json"))
+    return Reproduction(rows, files)
+
+
+def _write_claims(rows: Sequence[Row], path: Path) -> Path:
+    path.write_text(json.dumps([row.as_dict() for row in rows], indent=2) + "\n", encoding="utf-8")
+    return path
+
+
+def _title(figure: Figure) -> str:
+    return f"Fig. {figure.id}. {figure.title}" if figure.id.isdigit() else figure.title
+
+
+def _name(figure: Figure) -> str:
+    return f"fig_{figure.id}.png"
+
+
+@contextmanager
+def _one_thread_each() -> Iterator[None]:
+    """Let each process of the pool compute with one thread: two times two threads only hinder one another."""
+    before = {name: os.environ.get(name) for name in _THREADS}
+    os.environ.update(dict.fromkeys(_THREADS, "1"))
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
+
+
+__all__ = ["CLAIMS", "Recordings", "Reproduction", "reproduce"]
