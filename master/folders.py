@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import shutil
+import zipfile
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
 from .description import Description
+from .errors import FmuError
 
 Unpack = Callable[[Path], str]
 _Key = tuple[Path, int, int]
@@ -36,6 +38,19 @@ def acquire(description: Description, unpack: Unpack) -> str:
         _shared[key] = _Folder(unpack(description.path))
     _shared[key].users += 1
     return _shared[key].path
+
+
+def require_binary(name: str, description: Description) -> None:
+    """Raise FmuError if an FMU has no library for this platform."""
+    from fmpy import platform, platform_tuple
+
+    wanted = platform if description.version == 2 else platform_tuple
+    with zipfile.ZipFile(description.path) as archive:
+        parts = [PurePosixPath(member).parts for member in archive.namelist()]
+    there = sorted({p[1] for p in parts if len(p) == 3 and p[0] == "binaries"})
+    if wanted not in there:
+        listed = ", ".join(there) or "none"
+        raise FmuError(name, f"no binary for this platform, got {listed}, expected {wanted}")
 
 
 def release(path: str) -> None:

@@ -9,6 +9,7 @@ from .description import Description
 from .errors import FmuError
 from .fmi2 import Fmi2Slave
 from .fmi3 import Fmi3Slave
+from .folders import require_binary
 from .graph import System
 from .initialisation import initialise
 from .program import Program
@@ -46,6 +47,7 @@ SlaveFactory = Callable[[str, Description], Slave]
 
 def load(name: str, description: Description) -> Slave:
     """Load an FMU of either version."""
+    require_binary(name, description)
     return Fmi2Slave(name, description) if description.version == 2 else Fmi3Slave(name, description)
 
 

@@ -1,0 +1,155 @@
+import sys
+
+import numpy as np
+import pytest
+import yaml
+
+from build import FOLDERS, TYPES_3, compile_c, describe_2, describe_3, write_fmu
+from master.description import read_description
+from master.errors import ConfigError, FmuError
+from master.experiment import prepare
+from master.simulation import simulate
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(not sys.platform.startswith("linux"), reason="compiles for Linux on x86_64"),
+]
+
+
+@pytest.fixture(scope="module")
+def binaries(tmp_path_factory):
+    return {v: compile_c(v, tmp_path_factory.mktemp("c" + v[0])) for v in FOLDERS}
+
+
+@pytest.fixture
+def fmu(binaries, tmp_path):
+    def make(version, description=None):
+        text = description or (describe_3() if version == "3.0" else describe_2())
+        name = f"{FOLDERS[version]}/types.so"
+        return write_fmu(tmp_path / f"types{version[0]}.fmu", text, {name: binaries[version]})
+
+    return make
+
+
+def run(tmp_path, fmus, connections=(), **more):
+    """Step for 0.5 s with 0.1 s, along the order of the FMUs."""
+    given = {"name": "foreign", "step_size": 0.1, "stop_time": 0.5, "fmus": fmus}
+    given |= {"connections": list(connections), "coupling": {"order": list(fmus)}} | more
+    file = tmp_path / "system.yaml"
+    file.write_text(yaml.safe_dump(given))
+    experiment = prepare(file)
+    return simulate(experiment.system, experiment.schedule, experiment.grid)
+
+
+def wires(*pairs):
+    return [{"from": source, "to": target} for source, target in pairs]
+
+
+def test_every_type_of_fmi_3_passes_from_one_fmu_to_the_next(fmu, tmp_path):
+    fmu("3.0")
+    start = {f"{name}_in": 1 if name == "Boolean" else 100 for name in TYPES_3}
+    pairs = [(f"a.{name}_out", f"b.{name}_in") for name in TYPES_3]
+    fmus = {"a": {"source": "./types3.fmu", "start": start}, "b": {"source": "./types3.fmu"}}
+    outcome = run(tmp_path, fmus, wires(*pairs))
+
+    assert outcome.status == "completed"
+    for name in TYPES_3:
+        assert outcome.result[f"b.{name}_out"][1:].tolist() == 5 * [1.0 if name == "Boolean" else 100.0]
+
+
+def test_every_type_of_fmi_2_passes_from_one_fmu_to_the_next(fmu, tmp_path):
+    fmu("2.0")
+    start = {"Real_in": 0.1, "Integer_in": -7, "Enumeration_in": "high", "Boolean_in": True}
+    pairs = [(f"a.{n}_out", f"b.{n}_in") for n in ("Real", "Integer", "Enumeration", "Boolean")]
+    fmus = {"a": {"source": "./types2.fmu", "start": start}, "b": {"source": "./types2.fmu"}}
+    result = run(tmp_path, fmus, wires(*pairs)).result
+
+    last = [result[f"b.{n}_out"][-1] for n in ("Real", "Integer", "Enumeration", "Boolean")]
+    assert last == [0.1, -7.0, 2.0, 1.0]
+
+
+def test_the_elements_of_an_array_are_ports(fmu):
+    description = read_description(fmu("3.0"))
+
+    names = [v.name for v in description.variables if v.name.startswith("a[")]
+    assert names == ["a[1,1]", "a[1,2]", "a[1,3]", "a[2,1]", "a[2,2]", "a[2,3]"]
+    assert [description.by_name[n].start for n in names] == list("123456")
+    assert description.by_name["ia[2]"].start == "0"
+    assert "a[2,3]" in description.feedthrough["b[1,2]"]
+
+
+def test_an_array_element_is_wired_and_the_others_keep_their_start_values(fmu, tmp_path):
+    fmu("3.0")
+    fmus = {
+        "a": {"source": "./types3.fmu", "start": {"a[1,2]": 20.0, "ia[2]": 5, "ba[1]": True}},
+        "b": {"source": "./types3.fmu", "start": {"a[1,1]": -1.0}},
+    }
+    pairs = [
+        ("a.b[1,2]", "b.a[2,3]"),
+        ("a.ib[2]", "b.ia[1]"),
+        ("a.bb[1]", "b.ba[2]"),
+        ("a.b[2,3]", "b.Int8_in"),
+    ]
+    result = run(tmp_path, fmus, wires(*pairs)).result
+
+    of_b = [result[f"b.b[{i},{j}]"][-1] for i in (1, 2) for j in (1, 2, 3)]
+    assert of_b == [-2.0, 4.0, 6.0, 8.0, 10.0, 80.0]
+    assert [result[f"b.ib[{i}]"][-1] for i in (1, 2)] == [20.0, 0.0]
+    assert [result[f"b.bb[{i}]"][-1] for i in (1, 2)] == [1.0, 1.0]
+    assert result["b.Int8_out"][-1] == 12.0
+
+
+@pytest.mark.parametrize("version", FOLDERS)
+@pytest.mark.parametrize(("answer", "name"), [(2, "discard"), (3, "error")])
+def test_a_status_ends_the_run_with_the_words_of_the_fmu(fmu, tmp_path, version, answer, name):
+    fmu(version)
+    parameters = {"answer": answer, "label": "rope torn"}
+    fmus = {"a": {"source": f"./types{version[0]}.fmu", "parameters": parameters}}
+    outcome = run(tmp_path, fmus)
+
+    assert (outcome.status, outcome.steps, outcome.error.status) == ("failed", 2, name)
+    assert str(outcome.error) == "a at t=0.2 s: rope torn"
+
+
+@pytest.mark.parametrize("version", FOLDERS)
+def test_a_warning_does_not_end_the_run(fmu, tmp_path, version):
+    fmu(version)
+    fmus = {"a": {"source": f"./types{version[0]}.fmu", "parameters": {"answer": 1, "label": "warm"}}}
+
+    assert run(tmp_path, fmus).status == "completed"
+
+
+def test_an_fmu_with_event_mode_and_clocks_is_stepped_without_them(fmu, tmp_path):
+    clock = '<Clock name="tick" valueReference="130" causality="input" intervalVariability="triggered"/>'
+    flags = 'hasEventMode="true" canReturnEarlyAfterIntermediateUpdate="true"'
+    interface = f'<CoSimulation modelIdentifier="types" {flags}/>'
+    fmu("3.0", describe_3(interface, clock))
+    outcome = run(tmp_path, {"a": {"source": "./types3.fmu"}})
+
+    assert (outcome.status, np.shape(outcome.result.values)[0]) == ("completed", 6)
+
+
+def test_fmi_1_is_refused(tmp_path):
+    path = write_fmu(tmp_path / "old.fmu", describe_2(version="1.0"), {})
+
+    with pytest.raises(ConfigError, match=r"FMI version not supported, got '1\.0', expected 2\.0 or 3\.0"):
+        read_description(path)
+
+
+@pytest.mark.parametrize("describe", [describe_2, describe_3])
+def test_an_fmu_for_model_exchange_only_is_refused(tmp_path, describe):
+    path = write_fmu(tmp_path / "me.fmu", describe('<ModelExchange modelIdentifier="types"/>'), {})
+
+    with pytest.raises(ConfigError, match="not for co-simulation, got an FMU for model exchange only"):
+        read_description(path)
+
+
+@pytest.mark.parametrize("version", FOLDERS)
+def test_a_missing_binary_names_the_platform(tmp_path, version):
+    text = describe_3() if version == "3.0" else describe_2()
+    write_fmu(tmp_path / "types.fmu", text, {"win64/types.dll": b""})
+
+    with pytest.raises(
+        FmuError, match=f"no binary for this platform, got win64, expected {FOLDERS[version]}"
+    ):
+        run(tmp_path, {"a": {"source": "./types.fmu"}})
