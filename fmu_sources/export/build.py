@@ -9,6 +9,7 @@ FMUs from sources: what is missing or stale is built, the rest is left as it is.
 
 from __future__ import annotations
 
+import tempfile
 import xml.etree.ElementTree as ET
 import zipfile
 from dataclasses import dataclass
@@ -80,6 +81,7 @@ def build(wanted: Target) -> Path:
 def write(path: Path, content: bytes) -> None:
     """Write a file in one move, so that no reader sees half of it."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    partial = path.with_suffix(".partial")
-    partial.write_bytes(content)
-    partial.replace(path)
+    with tempfile.NamedTemporaryFile(dir=path.parent, suffix=".partial", delete=False) as partial:
+        partial.write(content)
+    Path(partial.name).chmod(0o644)
+    Path(partial.name).replace(path)
