@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from .measures import MEANINGS
 from .runs import Recording, Run, Wanted
 
 HOLDS, CONDITION, FAILS = "holds", "holds with a condition", "does not hold"
@@ -28,10 +29,12 @@ class Bound:
         """Distance to the nearer end, negative outside."""
         return min(value - self.low, self.high - value) if value == value else -math.inf
 
-    def text(self, unit: str = "") -> str:
+    def text(self, name: str, unit: str = "") -> str:
         """Inequality for people."""
-        ends = [f"> {self.low:g}"] * math.isfinite(self.low) + [f"< {self.high:g}"] * math.isfinite(self.high)
-        return " and ".join(ends) + f" {unit}" * bool(unit)
+        low, high = (f"{end:g}" + f" {unit}" * bool(unit) for end in (self.low, self.high))
+        if math.isfinite(self.low) and math.isfinite(self.high):
+            return f"{self.low:g} < {name} < {high}"
+        return f"{name} > {low}" if math.isfinite(self.low) else f"{name} < {high}"
 
 
 def above(low: float) -> Bound:
@@ -59,7 +62,8 @@ class Check:
     """
     One row: a number from runs that differ in the noise only, and its bound.
 
-    `combine` makes one number of those of the runs. `why` and `if_met` stand over those of the claim.
+    `combine` makes one number of those of the runs, which `name` names. `why` and `claim` stand over those
+    of the claim; `expected` is the verdict that was found when it was written, if not that of the claim.
     """
 
     id: str
@@ -72,6 +76,7 @@ class Check:
     expected: str | None = None
     why: str = ""
     claim: str = ""
+    name: str = ""
 
 
 @dataclass(frozen=True)
@@ -138,9 +143,15 @@ def _row(claim: Claim, check: Check, value: float) -> Row:
         id=f"{claim.id}.{check.id}",
         place=claim.place,
         claim=f"{check.claim or claim.claim} ({check.case})",
-        bound=f"{check.measure} {check.bound.text(check.unit)}",
+        bound=check.bound.text(check.name or MEANINGS[check.measure], check.unit),
         measured=value if math.isfinite(value) else None,
         seeds=len(SEEDS),
         verdict=claim.if_met if check.bound.holds(value) else FAILS,
         why=check.why or claim.why,
     )
+
+
+def overall(rows: Sequence[Row]) -> str:
+    """Verdict on a claim as a whole: what all rows have; a condition where they differ."""
+    found = {row.verdict for row in rows}
+    return found.pop() if len(found) == 1 else CONDITION

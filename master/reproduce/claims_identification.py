@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from .cases import CASES, EXACT, HEXAPOD, LITERAL, PLANTS, config_of, run_of
+from .cases import CASES, EXACT, HEXAPOD, LITERAL, PLANTS, SIMULATED, config_of, run_of
 from .claim import CONDITION, FAILS, Check, Claim, above, below
 from .claims_loop import ATTENUATED
 from .runs import Run
@@ -46,7 +46,7 @@ def _kalman() -> Iterable[Check]:
         )
 
 
-_CHANCE = "the bound is that of the linear plant; by chance one seed of ten with lambda 0.98 falls to 0.071"
+_CHANCE = "the bound is that of the linear plant; one seed of ten with lambda 0.98 falls to 0.071"
 
 
 def _rls() -> Iterable[Check]:
@@ -72,6 +72,7 @@ def _rls() -> Iterable[Check]:
             (kalman, *runs),
             above(3.0),
             combine=lambda k, *r: min(r) / k,
+            name="ratio of rms(s_des - ideal)",
         )
     fixed = varying("cfdc", *EXACT)
     yield Check(
@@ -81,6 +82,7 @@ def _rls() -> Iterable[Check]:
         (fixed, *rls_runs()),
         above(1.0),
         combine=lambda f, *r: min(r) / f,
+        name="ratio of rms(s_des - ideal)",
     )
 
 
@@ -119,9 +121,17 @@ def _singular() -> Iterable[Check]:
     for case in ("S1", "S2"):
         run, label = run_of(case, "cfdc"), f"{case}: {CASES[case].title}, hexapod"
         yield Check(f"{case}.condition", f"{label}, normalised regressor", "condition", (run,), above(1e5))
-    yield Check(
-        "S1.spread", "S1: std(c)/c by least squares, 2 s", "spread_of_c", (run_of("S1", "cfdc"),), above(10.0)
-    )
+    for case in SIMULATED:
+        fails = case == "S2"
+        yield Check(
+            f"{case}.spread",
+            f"{case}: least squares over 2 s, hexapod",
+            "spread_of_c",
+            (run_of(case, "cfdc"),),
+            above(10.0),
+            expected=FAILS if fails else None,
+            why="std(c) is 14 kN/m here and 24 in S1, but c itself is 52 times larger here" if fails else "",
+        )
     for case in ("S1", "S2"):
         run = run_of(case, "cfdc", LITERAL)
         label = f"{case}: preset L, hexapod, share of distorted rows"

@@ -16,6 +16,11 @@ _WITH_PLANTS = [
 ]
 
 
+def ratio(a: float, b: float) -> float:
+    """Divide two numbers."""
+    return a / b
+
+
 def _label(case: str, plant: str, preset: str = "") -> str:
     return ", ".join(filter(None, (f"{case}: {CASES[case].title}", plant, preset)))
 
@@ -43,7 +48,15 @@ def _faster() -> Iterable[Check]:
     for slow, fast in (SIMULATED, EXPERIMENTAL):
         runs = (run_of(fast, "none"), run_of(slow, "none"))
         label = f"growth per second, {fast} over {slow}, hexapod"
-        yield Check(f"{fast}_over_{slow}", label, "growth_rate", runs, above(1.0), combine=lambda a, b: a / b)
+        yield Check(
+            f"{fast}_over_{slow}",
+            label,
+            "growth_rate",
+            runs,
+            above(1.0),
+            combine=ratio,
+            name="ratio of growth rates",
+        )
 
 
 def _stops() -> Iterable[Check]:
@@ -100,7 +113,8 @@ def _only_slows(variant: str, least: float) -> Iterable[Check]:
                 "growth_per_cycle",
                 (alone, none),
                 slower,
-                combine=lambda a, b: a / b,
+                combine=ratio,
+                name="ratio of growths",
             )
 
 
@@ -147,6 +161,7 @@ def _any_plant() -> Iterable[Check]:
             runs,
             below(1e-4),
             combine=lambda *z: max(z) - min(z),
+            name="spread of zeta",
             expected=FAILS if fails else None,
             why=_FIRST_ORDER if fails else "",
         )

@@ -108,7 +108,7 @@ FIGURES = (
         "13",
         f"Contact forces ({title_of('S1')})",
         "the measured force lags without compensation; the compensated force has nearly the ideal phase",
-        "the same: -12.0 deg against -0.35 deg, of which one step is in the recording",
+        "the same: -12.2 deg against -0.35 deg, of which one step is in the recording",
         {run_of("S1", "none"): (F_MEA,), run_of("S1", "cfdc"): (F_DES, F_IDEAL)},
         forces(
             run_of("S1", "cfdc"),
@@ -140,7 +140,7 @@ FIGURES = (
         "CFDC+DPDC gives the ideal "
         "result",
         "the same but for the last: DPDC corrects the phase, and the hexapod's attenuation to 0.91 stays, an "
-        "error of 4.2 % rms (linear plant: 1.6 %)",
+        "error of 4.0 % rms (linear plant: 1.6 %)",
         {run: _MOTIONS for _, run in variants_of("S2", _SIMULATED)},
         displacement(variants_of("S2", _SIMULATED), 30.0),
     ),
@@ -149,7 +149,7 @@ FIGURES = (
         f"Contact forces ({title_of('S2')})",
         "the measured force has a large delay and diverges rapidly; the compensated force is "
         "close to the ideal",
-        "the same: -28 deg against -0.94 deg, of which one step is in the recording",
+        "the same: -30 deg against -0.94 deg, of which one step is in the recording",
         {run_of("S2", "none"): (F_MEA,), run_of("S2", "cfdc"): (F_DES, F_IDEAL)},
         forces(
             run_of("S2", "cfdc"),

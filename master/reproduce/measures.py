@@ -214,3 +214,28 @@ MEASURES: Mapping[str, Measure] = {
     "spread_of_c": _spread_of_c,
     "distorted_share": _distorted_share,
 }
+
+MEANINGS: Mapping[str, str] = {
+    "zeta": "zeta",
+    "growth_per_cycle": "growth per cycle",
+    "rms_s_des": "rms(s_des - ideal)/s0",
+    "rms_s_act": "rms(s_act - ideal)/s0",
+    "phase_deg": "phase of s_act",
+    "zeta_deviation": "|zeta - zeta0|",
+    "frequency_error": "|f/f_loop - 1|",
+    "damping_error": "|zeta0 - zeta_loop|",
+    "f_mea_phase": "phase of f_mea",
+    "f_des_phase": "phase of f_des",
+    "growth_rate": "growth rate",
+    "pole_deviation": "|s - s0|/|s0|",
+    "zeta_of_pole": "|zeta_pole - zeta_run|",
+    "fastest_pole": "largest Re(s)",
+    "df_at_end": "largest |dF|",
+    "offset_at_end": "mean(s_act - ideal)",
+    "response_error": "|G_id/G - 1|",
+    "moved_from_prior": "largest change of c, d, e",
+    "single_error": "largest error of a..e",
+    "condition": "condition number",
+    "spread_of_c": "std(c)/c",
+    "distorted_share": "share of rows",
+}

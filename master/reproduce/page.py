@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from html import escape
 from pathlib import Path
 
-from .claim import CONDITION, FAILS, HOLDS, Claim, Row
+from .claim import CONDITION, FAILS, HOLDS, Claim, Row, overall
 from .errata import ERRATA
 from .figures import FIGURES, PAPER
 from .orders import Ordered
@@ -62,7 +62,11 @@ def _table(heads: Sequence[str], rows: Iterable[str]) -> str:
 
 
 def _row(*cells: str) -> str:
-    return "<tr>" + "".join(f"<td>{escape(c)}</td>" for c in cells) + "</tr>"
+    return "<tr>" + "".join(f"<td{_number_class(c)}>{escape(c)}</td>" for c in cells) + "</tr>"
+
+
+def _number_class(cell: str) -> str:
+    return ' class="number"' if cell.lstrip("-").replace(".", "", 1).replace(" ", "").isdigit() else ""
 
 
 def _head(content: Content) -> str:
@@ -118,12 +122,26 @@ def _claims(content: Content) -> str:
     return (
         '<h2 id="claims">Claims</h2><p class="soft">Bounds were written before the runs. The measured '
         "value is the "
-        "worst of ten noise seeds.</p>" + _table(heads, rows)
+        "worst of ten noise seeds.</p>" + _summary(content) + "<h3>Every row</h3>" + _table(heads, rows)
     )
 
 
+def _summary(content: Content) -> str:
+    rows = []
+    for claim, judged in content.judged:
+        verdict = overall(judged)
+        counts = (f"{sum(r.verdict == v for r in judged)} {v}" for v in _CLASS)
+        shown = ", ".join(c for c in counts if not c.startswith("0 "))
+        rows.append(
+            f'<tr><td><a href="#claim-{claim.id}">{escape(claim.claim)}</a></td>'
+            f"<td>{escape(claim.place)}</td>"
+            f'<td class="verdict {_CLASS[verdict]}">{verdict}</td><td>{shown}</td></tr>'
+        )
+    return _table(("claim", "place", "as a whole", "rows"), rows)
+
+
 def _claim_row(row: Row) -> str:
-    case = row.claim[row.claim.index("(") + 1 : -1]
+    case = row.claim[row.claim.index(" (") + 2 : -1]
     return (
         f"<tr><td>{escape(case)}</td><td>{escape(row.bound)}</td>"
         f'<td class="number">{number(row.measured)}</td>'
@@ -134,7 +152,14 @@ def _claim_row(row: Row) -> str:
 def _orders(content: Content) -> str:
     def cells(o: Ordered) -> tuple[str, ...]:
         none, compensated = (number(z) for z in o.zeta)
-        return o.name, str(o.count), f"{o.loop_steps:g}", none, compensated, ", ".join(o.late) or "none"
+        return (
+            o.name,
+            str(o.count),
+            f"{o.loop_steps:g}",
+            none,
+            compensated,
+            ", ".join(map(_brief, o.late)) or "none",
+        )
 
     shown: dict[float, Ordered] = {}
     for o in sorted(content.orders, key=lambda o: (o.loop_steps, o.name != content.orders[0].name)):
@@ -155,17 +180,20 @@ def _orders(content: Content) -> str:
         f"a period. Here is case S1 with the linear plant and exact parameters (real docking: zeta "
         f"{number(content.orders[0].zeta_ideal)}): only the steps in the force loop count, "
         "each costs w T/2 of "
-        "damping. A row stands behind a step, so that two steps in the loop are the least "
-        "that stepping one after "
-        "the other can have, and it is with these two that the method gives the ideal "
-        "damping. One more halves the "
-        "damping and two more make the compensated loop diverge; iteration has none of them, "
-        "and damps too much.</p>"
+        "damping. A real rig has two of them at least: a command acts over one period, and what it "
+        "does is read at the next. With these two the method gives the ideal damping. One more takes "
+        "60 % of it, two more make the compensated loop diverge. Iteration has none; no rig can be "
+        "stepped so, and it damps too much.</p>"
         + _table(heads, brief)
         + "<details><summary>All classes of orders</summary>"
         + _table(heads, [_row(*cells(o)) for o in content.orders])
         + "</details>"
     )
+
+
+def _brief(connection: str) -> str:
+    """Leave the name of the input out: it is that of the output nearly everywhere."""
+    return connection.rpartition(".")[0]
 
 
 def _errata() -> str:

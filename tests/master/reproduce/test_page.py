@@ -1,0 +1,55 @@
+"""The page from made-up content: all its parts are in one file that asks the network for nothing."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+
+from master.reproduce.claim import CONDITION, HOLDS, Claim, Row
+from master.reproduce.errata import ERRATA
+from master.reproduce.figures import FIGURES
+from master.reproduce.orders import Ordered
+from master.reproduce.page import Content, write_page
+from master.reproduce.plot import Curve, Panel
+
+PANEL = Panel("</script>", "time [s]", "force [N]", [Curve("f", np.arange(3.0), np.arange(3.0))])
+CLAIM = Claim("stable", "Sec. I", "It is <stable>", "because", ())
+ROWS = [
+    Row("stable.one", "Sec. I", "It is <stable> (first case)", "zeta > 0", 0.25, 10, HOLDS, "because"),
+    Row("stable.two", "Sec. I", "It is <stable> (second case)", "zeta > 0", None, 10, CONDITION, "maybe"),
+]
+ORDERS = [Ordered("the order", 20, ("a.x -> b.u",), 2.0, (-0.1, 0.005), 0.0049)]
+
+
+@pytest.fixture
+def page(tmp_path) -> str:
+    content = Content({f.id: [PANEL] for f in FIGURES}, [(CLAIM, ROWS)], ORDERS)
+    return write_page(content, tmp_path / "index.html").read_text(encoding="utf-8")
+
+
+def test_the_page_asks_the_network_for_nothing(page):
+    assert re.findall(r"(?:src|href)\s*=\s*[\"'](?!#|data:)", page) == []
+    assert "http" not in page
+
+
+def test_every_figure_has_its_place(page):
+    assert re.findall(r'data-figure="(\w+)"', page) == [f.id for f in FIGURES]
+
+
+def test_text_of_the_data_does_not_end_the_script(page):
+    assert page.count("</script>") == 2
+
+
+def test_rows_show_case_bound_value_verdict_and_reason(page):
+    assert "<td>first case</td><td>zeta &gt; 0</td>" in page
+    assert '<td class="number">0.25</td>' in page
+    assert "It is &lt;stable&gt;" in page
+    assert "maybe" in page
+
+
+def test_every_erratum_is_listed(page):
+    for erratum in ERRATA:
+        assert erratum.place in page
+    assert len(ERRATA) == 21

@@ -1,0 +1,173 @@
+"""The paper, reproduced whole: every row as it was found, every figure, and the page in a browser."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shutil
+import socket
+import subprocess
+import time
+import urllib.error
+import urllib.request
+from collections.abc import Iterator
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+from click.testing import CliRunner
+
+from master.__main__ import main
+from master.reproduce.claim import expected_verdict
+from master.reproduce.figures import FIGURES
+from master.reproduce.reproduction import CLAIMS
+
+FLAGS = (
+    "--headless --no-sandbox --disable-gpu --disable-quic --no-first-run --disable-background-networking "
+    "--disable-component-update --disable-sync --hide-scrollbars --window-size=1280,900"
+)
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+DRIVER = shutil.which("chromedriver")
+
+
+@pytest.fixture(scope="module")
+def reproduced(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("reproduced")
+    result = CliRunner().invoke(main, ["reproduce", "--output", str(folder), "--json"])
+    assert result.exit_code == 0, result.output
+    return SimpleNamespace(folder=folder, **json.loads(result.stdout))
+
+
+def test_every_row_is_judged_as_it_was_found(reproduced):
+    expected = {f"{c.id}.{k.id}": expected_verdict(c, k) for c in CLAIMS for k in c.checks}
+    found = {row["id"]: row["verdict"] for row in reproduced.claims}
+
+    assert found == expected
+    assert all(row["seeds"] >= 10 for row in reproduced.claims)
+
+
+def test_a_row_has_its_keys(reproduced):
+    keys = {"id", "place", "claim", "bound", "measured", "seeds", "verdict", "why"}
+
+    assert all(set(row) == keys for row in reproduced.claims)
+
+
+def test_every_figure_is_a_png_file_too(reproduced):
+    for figure in FIGURES:
+        assert Path(reproduced.files["figures"][figure.id]).read_bytes().startswith(b"\x89PNG")
+
+
+class Browser:
+    """A page in headless Chromium by the WebDriver protocol."""
+
+    def __init__(self, port: int, profile: Path) -> None:
+        self.base = f"http://127.0.0.1:{port}"
+        options = {"binary": CHROMIUM, "args": [*FLAGS.split(), f"--user-data-dir={profile}"]}
+        wanted = {"goog:chromeOptions": options, "goog:loggingPrefs": {"browser": "ALL"}}
+        self.session = self("/session", {"capabilities": {"alwaysMatch": wanted}})["sessionId"]
+
+    def __call__(self, path: str, data: dict[str, Any] | None = None) -> Any:
+        body = None if data is None else json.dumps(data).encode()
+        request = urllib.request.Request(self.base + path, body, {"Content-Type": "application/json"})
+        opener = urllib.request.build_opener(urllib.request.ProxyHandler({}))
+        with opener.open(request, timeout=60) as answer:
+            return json.load(answer)["value"]
+
+    def run(self, script: str) -> Any:
+        return self(f"/session/{self.session}/execute/sync", {"script": script, "args": []})
+
+    def log(self) -> list[dict[str, Any]]:
+        entries: list[dict[str, Any]] = self(f"/session/{self.session}/se/log", {"type": "browser"})
+        return entries
+
+
+def free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
+
+
+@pytest.fixture(scope="module")
+def browser(reproduced, tmp_path_factory) -> Iterator[Browser]:
+    if CHROMIUM is None or DRIVER is None:
+        message = "no Chromium with its driver: Debian packages chromium and chromium-driver"
+        if os.environ.get("CI"):
+            pytest.fail(message)
+        pytest.skip(message)
+    port = free_port()
+    driver = subprocess.Popen(
+        [DRIVER, f"--port={port}"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+    )
+    try:
+        opened = open_when_ready(port, tmp_path_factory.mktemp("profile"))
+        url = Path(reproduced.files["page"]).resolve().as_uri()
+        opened(f"/session/{opened.session}/url", {"url": url})
+        yield opened
+    finally:
+        driver.terminate()
+        driver.wait(timeout=20)
+
+
+def open_when_ready(port: int, profile: Path) -> Browser:
+    for _ in range(100):
+        try:
+            return Browser(port, profile)
+        except ConnectionRefusedError:
+            time.sleep(0.1)
+        except urllib.error.URLError as error:
+            if not isinstance(error.reason, ConnectionRefusedError):
+                raise
+            time.sleep(0.1)
+    pytest.fail("the browser's driver does not answer")
+
+
+def test_the_page_loads_without_an_error(browser):
+    assert browser.run("return document.body.dataset.ready") == "true"
+    assert [entry for entry in browser.log() if entry["level"] == "SEVERE"] == []
+
+
+def test_every_figure_is_drawn(browser):
+    drawn = browser.run(
+        "return Object.fromEntries([...document.querySelectorAll('figure')].map(f => [f.dataset.figure, "
+        "[...f.querySelectorAll('canvas')].map(c => { const g = c.getContext('2d'); const d = "
+        "g.getImageData(0, 0, c.width, c.height).data; let n = 0; for (let i = 0; i < d.length; i += 4) "
+        "if (d[i + 3] && Math.abs(d[i] - d[i + 1]) + Math.abs(d[i + 1] - d[i + 2]) > 60) n++; "
+        "return n; })]))"
+    )
+
+    assert list(drawn) == [f.id for f in FIGURES]
+    for figure, coloured in drawn.items():
+        assert coloured, figure
+        assert min(coloured) > 100, figure
+
+
+def test_the_page_is_legible_at_1280_pixels(browser):
+    sizes = browser.run(
+        "return [...document.querySelectorAll('p, td, th, figcaption, .legend button')]"
+        ".map(e => parseFloat(getComputedStyle(e).fontSize))"
+    )
+    wide = browser.run("return [document.documentElement.scrollWidth, window.innerWidth]")
+    outside = browser.run(
+        "return [...document.querySelectorAll('td, th, .legend, canvas')].filter(e => "
+        "e.getBoundingClientRect().right > window.innerWidth + 1).length"
+    )
+
+    assert min(sizes) >= 13.0
+    assert wide == [1280, 1280]
+    assert outside == 0
+
+
+def test_a_click_on_a_label_hides_its_curve(browser):
+    pressed = browser.run(
+        "const b = document.querySelector('.legend button'); b.click(); return b.getAttribute('aria-pressed')"
+    )
+
+    assert pressed == "false"
+
+
+def test_the_page_names_no_folder_of_this_machine(reproduced):
+    text = Path(reproduced.files["page"]).read_text(encoding="utf-8")
+
+    assert re.findall(r"/(?:home|root|tmp)/\w+", text) == []
