@@ -74,6 +74,18 @@ class Bench:
             found[s.recording][s.begin : s.end] = rows[: s.end - s.begin]
         return self._joined({n: self._compared(v) for n, v in found.items()})
 
+    def starts_of(self, player: Player) -> list[str]:
+        """Start values that are estimated once for the whole bench: it has one recording, without windows."""
+        if self.is_windowed or len(self.segments) != 1:
+            return []
+        return [k for k in self.starts if k.partition(".")[2] in _variables(player, k)]
+
+    def estimated(self, player: Player, values: Values) -> dict[str, float]:
+        """Estimate those start values on the first part of the recording."""
+        places = [player.names.index(name) for name in self.outputs]
+        found = self._with_starts(player, values, self.segments[0], places)
+        return {k: float(found[k.partition(".")[0]][k.partition(".")[2]]) for k in self.starts_of(player)}
+
     def record(self, player: Player, values: Values) -> dict[str, Array]:
         """Replay everything and give all signals that the player reads, by name, shape (samples,)."""
         rows = [self._play(player, values, s)[: s.end - s.begin] for s in self.segments]
@@ -93,13 +105,19 @@ class Bench:
         return np.concatenate(found)
 
     def _replay(self, player: Player, values: Values, s: Segment, places: Sequence[int]) -> Array:
+        return np.asarray(self._play(player, self._with_starts(player, values, s, places), s)[:, places])
+
+    def _with_starts(self, player: Player, values: Values, s: Segment, places: Sequence[int]) -> Values:
+        """Values with the start values that are to be estimated and are not given."""
         starts = [k for k in self.starts if k.partition(".")[2] in _variables(player, k)]
-        if starts:
-            target = self.raw[s.recording][s.begin : s.end]
-            run = _Run(lambda v, n: self._play(player, v, s, n)[:, places], values, target)
-            estimate = _by_grid if len(starts) == 1 and not self.is_windowed else _by_steps
-            values = estimate(run, starts, self.starts)
-        return np.asarray(self._play(player, values, s)[:, places])
+        given = {f"{fmu}.{name}" for fmu, own in values.items() for name in own}
+        starts = [k for k in starts if k not in given or self.is_windowed]
+        if not starts:
+            return values
+        target = self.raw[s.recording][s.begin : s.end]
+        run = _Run(lambda v, n: self._play(player, v, s, n)[:, places], values, target)
+        estimate = _by_grid if len(starts) == 1 and not self.is_windowed else _by_steps
+        return estimate(run, starts, self.starts)
 
     def _play(self, player: Player, values: Values, s: Segment, rows: int | None = None) -> Array:
         m = self.options.oversample

@@ -70,6 +70,7 @@ def fit(
     *,
     size: Array | None = None,
     evaluations: int = 30,
+    tolerance: float = 1e-9,
 ) -> Fit:
     """
     Fit a candidate to a measurement.
@@ -80,6 +81,7 @@ def fit(
         in_use: Rows to fit on, shape (n,), Boolean.
         size: Scale of each output, shape (outputs,); rms of the measurement if None.
         evaluations: Largest number of residual evaluations from each start, without those for the gradient.
+        tolerance: Relative change of the cost at which the search stops.
     """
     rows: Mask = np.asarray(in_use, dtype=bool)
     problem = _Problem(candidate, measured, rows, _size(measured, rows) if size is None else size)
@@ -96,7 +98,7 @@ def fit(
             diff_step=[STEP] * len(problem.start),
             x_scale="jac",
             xtol=1e-7,
-            ftol=1e-9,
+            ftol=tolerance,
             max_nfev=evaluations,
         )
         if best is None or found.cost < best.cost:

@@ -13,13 +13,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .fitting import STEP, Fit, bounded
+from .fitting import STEP, Fit, Parameter, bounded
 from .study import Extended, Study
 from .tables import Array
 from .variants import Added, fixed_values, parameters
 
 FACTORS = (0.3, 1.0, 3.0)
 RESPONSE_STEP = 1e-4
+PROBES = (1.0, 0.02)
 
 
 @dataclass(frozen=True)
@@ -56,12 +57,17 @@ class Tangent:
         """
         Scaled change of the outputs that an effect makes, on the rows that are fitted on.
 
-        It acts on the model without the effects chosen before: to first order the same, and built already.
+        Beside effects in other slots it acts on the model without them: to first order the same, and built
+        already. Behind effects in its own slot it sees what they give.
         """
+        added = extended.added[-1]
+        if any((a.fmu, a.slot) == (added.fmu, added.slot) for a in self.chosen.added):
+            given = self.values | dict(extended.fixed) | dict(values)
+            return self._scaled(self.study.simulate(extended.added, given) - self.found.predicted)
         if self.alone is None:
             self.alone = self.study.simulate((), self.base_values)
         given = self.base_values | {k: v for k, v in extended.fixed.items() if k not in self.chosen.fixed}
-        return self._scaled(self.study.simulate(extended.added[-1:], given | dict(values)) - self.alone)
+        return self._scaled(self.study.simulate((added,), given | dict(values)) - self.alone)
 
     def gain(self, responses: Sequence[Array], low: Sequence[float]) -> tuple[float, Array]:
         """Share of the power that responses take away, and their factors, none below its bound."""
@@ -136,27 +142,36 @@ def _best(study: Study, tangent: Tangent, added: Added) -> Screened | None:
 def _sized(
     tangent: Tangent, extended: Extended, added: Added, at: Mapping[str, float]
 ) -> tuple[float, dict[str, float]]:
-    """Gain and amplitudes at one shape."""
-    own = extended.parameters[len(tangent.chosen.parameters) :]
+    """Gain and amplitudes at one shape, probed with a typical and with a small amplitude."""
+    own = [p for p in extended.parameters if p.name.startswith(f"{added.fmu}.{added.prefix}_")]
     amplitudes = [p for p in own if _is_amplitude(added, p.name)]
     if not amplitudes:
         return tangent.gain([tangent.response(extended, at)], [0.0])[0], {}
+    probes = PROBES[:1] if added.law.states else PROBES
+    tried = [_probed(tangent, extended, amplitudes, at, probe) for probe in probes]
+    return max(tried, key=lambda t: t[0])
+
+
+def _probed(
+    tangent: Tangent,
+    extended: Extended,
+    amplitudes: Sequence[Parameter],
+    at: Mapping[str, float],
+    probe: float,
+) -> tuple[float, dict[str, float]]:
+    is_joint = bool(extended.added[-1].law.states)
     absent = {p.name: 0.0 for p in amplitudes}
-    typical = {p.name: min(max(p.start, p.low), p.high) for p in amplitudes}
-    groups = [typical] if added.law.states else [absent | {n: v} for n, v in typical.items()]
+    typical = {p.name: min(max(probe * p.start, p.low), p.high) for p in amplitudes}
+    groups = [typical] if is_joint else [absent | {n: v} for n, v in typical.items()]
     responses = [tangent.response(extended, {**at, **group}) for group in groups]
     low = [0.0 if p.low >= 0.0 else -np.inf for p in amplitudes][: len(groups)]
     gain, factors = tangent.gain(responses, low)
-    shares = (
-        dict.fromkeys(typical, factors[0]) if added.law.states else dict(zip(typical, factors, strict=True))
-    )
-    small = {p.name: 1e-2 * typical[p.name] if p.low >= 0.0 else 0.0 for p in amplitudes}
-    return gain, {
-        p.name: min(max(shares[p.name] * typical[p.name], small[p.name], p.low), p.high)
-        if p.low >= 0.0
-        else min(max(shares[p.name] * typical[p.name], p.low), p.high)
-        for p in amplitudes
-    }
+    each = [factors[0]] * len(typical) if is_joint else factors
+    found = {}
+    for p, factor in zip(amplitudes, each, strict=True):
+        least = 1e-2 * p.start if p.low >= 0.0 else p.low
+        found[p.name] = float(min(max(factor * typical[p.name], least), p.high))
+    return gain, found
 
 
 def _is_amplitude(added: Added, name: str) -> bool:

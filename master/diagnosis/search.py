@@ -23,6 +23,7 @@ from .variants import Added
 LONGEST_LIST, FEWEST, SMALLEST_PROMISE = 8, 1, 2e-3
 SAME_PREDICTION = 0.3
 ALPHA = 0.05
+ENOUGH = 5e-3
 
 
 @dataclass(frozen=True)
@@ -68,13 +69,15 @@ class Found:
 
 
 def search(study: Study, base: Fit, wanted: Sequence[Added], at_most: int = AT_MOST) -> Found:
-    """Add effects one after the other until none is accepted."""
+    """Add effects one after the other until none is accepted, or little is left of the residual."""
     chosen, found = Extended(), base
     rounds: list[Round] = []
     for _ in range(at_most):
         left = [a for a in wanted if a not in chosen.added]
         study.progress(f"{study.bench.part.name}: {len(left)} effects screened")
-        study.pool.build([(a,) for a in left], study.progress)
+        taken = {(a.fmu, a.slot) for a in chosen.added}
+        first = [(*chosen.added, a) if (a.fmu, a.slot) in taken else (a,) for a in left]
+        study.pool.build(first, study.progress)
         promising = _shortlist(screened(study, chosen, found, left))
         study.pool.build([s.extended.added for s in promising], study.progress)
         step = _round(study, found, promising, len(left))
@@ -83,7 +86,35 @@ def search(study: Study, base: Fit, wanted: Sequence[Added], at_most: int = AT_M
             break
         winner = step.family[0]
         chosen, found = winner.extended.started_at(winner.gain.fit.values), winner.gain.fit
+        chosen, found = _pruned(study, chosen, found)
+        if _power(study, found).sum() < ENOUGH * _power(study, base).sum():
+            break
+    if chosen.added:
+        found = study.fitted(chosen, [found.values], 30, 1e-8)
     return Found(base, chosen, found, tuple(rounds))
+
+
+def _power(study: Study, found: Fit) -> Array:
+    return powers(found.predicted - study.measured, study.held_out, study.size)
+
+
+def _pruned(study: Study, chosen: Extended, found: Fit) -> tuple[Extended, Fit]:
+    """Drop an effect that a later one has made needless."""
+    for old in chosen.added[:-1]:
+        begin = f"{old.fmu}.{old.prefix}_"
+        less = Extended(
+            tuple(a for a in chosen.added if a != old),
+            {k: v for k, v in chosen.fixed.items() if not k.startswith(begin)},
+            tuple(p for p in chosen.parameters if not p.name.startswith(begin)),
+        )
+        study.pool.build([less.added], study.progress)
+        without = study.fitted(less, [found.values])
+        power, own = (
+            powers(f.predicted - study.measured, study.held_out, study.size) for f in (without, found)
+        )
+        if not gain(found, power, own).is_accepted:
+            return _pruned(study, less.started_at(without.values), without)
+    return chosen, found
 
 
 def _shortlist(tried: Sequence[Screened]) -> list[Screened]:
@@ -93,13 +124,12 @@ def _shortlist(tried: Sequence[Screened]) -> list[Screened]:
 
 
 def _round(study: Study, before: Fit, promising: Sequence[Screened], n_tried: int) -> Round:
-    power = powers(before.predicted - study.measured, study.held_out, study.size)
+    power = _power(study, before)
     ranked = []
     for s in promising:
         study.progress(f"{study.bench.part.name}: fit of {s.extended.name}")
         found = study.fitted(s.extended, s.starts)
-        own = powers(found.predicted - study.measured, study.held_out, study.size)
-        ranked.append(Ranked(s.extended, gain(found, power, own)))
+        ranked.append(Ranked(s.extended, gain(found, power, _power(study, found))))
     ranked.sort(key=lambda r: -r.gain.mean)
     accepted = [r for r in ranked if is_accepted(r.gain, n_tried)]
     return Round(before, tuple(ranked), tuple(_family(study, before, accepted)))

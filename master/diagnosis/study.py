@@ -75,16 +75,46 @@ class Study:
         return Candidate(extended.name, parameters, simulate, tuple(starts))
 
     def fitted(
-        self, extended: Extended, starts: Sequence[Mapping[str, float]] = ({},), evaluations: int = 15
+        self,
+        extended: Extended,
+        starts: Sequence[Mapping[str, float]] = ({},),
+        evaluations: int = 12,
+        tolerance: float = 1e-5,
     ) -> Fit:
         """Fit base and effects together."""
+        extended, starts = self._with_start_values(extended, starts)
         return fit(
             self.candidate(extended, starts),
             self.measured,
             self.fit_rows,
             size=self.size,
             evaluations=evaluations,
+            tolerance=tolerance,
         )
+
+    def _with_start_values(
+        self, extended: Extended, starts: Sequence[Mapping[str, float]]
+    ) -> tuple[Extended, list[Mapping[str, float]]]:
+        """Let the fit find start values of states too, from an estimate at each first guess."""
+        player = self.pool.player(extended.added)
+        bounds = {key: self.bench.starts[key] for key in self.bench.starts_of(player)}
+        if not bounds:
+            return extended, list(starts)
+        known = {p.name: p.start for p in (*self.base, *extended.parameters)} | dict(extended.fixed)
+        better: list[Mapping[str, float]] = []
+        for guess in starts:
+            here = {k: v for k, v in guess.items() if k in known}
+            values = merged(self.system.values, known | here)
+            for key in bounds:
+                values[key.partition(".")[0]].pop(key.partition(".")[2], None)
+            better.append(dict(guess) | self.bench.estimated(player, values))
+        taken = {p.name for p in extended.parameters}
+        own = tuple(
+            Parameter(key, 0.5 * (low + high), low, high, 0.25 * (high - low))
+            for key, (low, high) in bounds.items()
+            if key not in taken
+        )
+        return replace(extended, parameters=(*extended.parameters, *own)), better
 
     def sizes(self, slot: str) -> Rms:
         """Sizes of a slot's signals; a force that is zero is measured by the largest of its FMU."""
@@ -105,11 +135,11 @@ def start(study: Study) -> Fit:
     spread = study.measured[rows].std(axis=0)
     study.size = np.where(spread > 0.0, spread, 1.0)
     others = [{p.name: factor * p.start for p in study.base} for factor in (0.85, 1.2)] if study.base else []
-    first = study.fitted(Extended(), [{}, *others], evaluations=30)
+    first = study.fitted(Extended(), [{}, *others], 30)
     left = np.sqrt(np.nanmean((first.predicted - study.measured)[rows] ** 2, axis=0))
     study.size = np.maximum(left, 1e-9 * study.size)
     study.base = tuple(replace(p, scale=abs(first.values[p.name]) or p.scale) for p in study.base)
-    best = study.fitted(Extended(), [first.values], evaluations=30)
+    best = study.fitted(Extended(), [first.values], 30, 1e-9)
     values = merged(study.system.values, best.values)
     study.signals = slot_signals(study.system, study.bench, study.pool.player(()), values)
     return best
