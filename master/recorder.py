@@ -13,7 +13,7 @@ from .graph import Port
 
 Floats = NDArray[np.float64]
 
-_FIRST_ROWS = 65536
+_FIRST_BYTES = 2**28  # of address space; the system gives memory only where rows are written
 
 
 @dataclass(frozen=True)
@@ -93,7 +93,8 @@ class Recorder:
     def _grow(self, n: int) -> None:
         if n > len(self._table):
             most = -(-self.most_rows // self.keep_every)
-            larger = np.empty((max(n, min(most, max(_FIRST_ROWS, 2 * n))), len(self.ports)))
+            first = _FIRST_BYTES // (8 * max(1, len(self.ports)))
+            larger = np.empty((max(n, min(most, max(first, 2 * n))), len(self.ports)))
             larger[: self._n_kept] = self._table[: self._n_kept]
             self._table = larger
 

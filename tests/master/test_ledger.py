@@ -95,6 +95,38 @@ def test_the_ledger_equals_a_mark_sent_through(seed):
     assert stated_ages(made) == observed_ages(made)
 
 
+def large_bench(seed):
+    """Two to twelve marks; some groups are iterated, and have one rate then."""
+    choose = random.Random(10_000 + seed)
+    names = [f"m{i}" for i in range(choose.randint(2, 12))]
+    order, every = [], {}
+    shuffled = choose.sample(names, len(names))
+    while shuffled:
+        members = [shuffled.pop() for _ in range(min(len(shuffled), choose.choice((1, 1, 2, 3))))]
+        rate = choose.choice((1, 1, 2, 3))
+        if choose.random() < 0.4:
+            order.append({"iterate": members})
+            every |= dict.fromkeys(members, rate)
+        else:
+            order.append(members)
+            every |= {name: choose.choice((1, 1, 2, 3)) for name in members}
+    inputs = {name: choose.randint(0, 3) for name in names}
+    wires = [
+        wire(f"{choose.choice(names)}.row", f"{name}.u{i}", delay=choose.choice((0, 0, 1, 2, 5)))
+        for name in names
+        for i in range(inputs[name])
+    ]
+    return bench({n: mark(inputs[n]) for n in names}, wires, order, every=every)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(500))
+def test_the_ledger_of_a_large_random_system_equals_a_mark_sent_through(seed):
+    made = large_bench(seed)
+
+    assert stated_ages(made) == observed_ages(made)
+
+
 def test_a_loop_sums_its_entries():
     blocks = {"a": integrator(), "b": integrator(), "c": integrator()}
     wires = [wire("a.x", "b.u"), wire("b.x", "c.u", delay=2), wire("c.x", "a.u")]

@@ -1,0 +1,108 @@
+"""
+Coupling error of two masses against their monolithic solution, by the order in which it falls with h.
+
+    m1 x1'' = -k1 x1 - f        f = k (x1 - x2) + c (x1' - x2')        m2 x2'' = -k2 x2 + f
+
+Each mass is solved exactly for an input that is linear in a step, so that all error is that of coupling.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+from stubs import Block, bench, variables, wire
+
+STIFF, SOFT, DAMP = 40.0, 25.0, 0.8
+END = 1.0
+STEPS = (0.02, 0.01, 0.005)
+WHOLE = np.array(
+    [
+        [0.0, 1.0, 0.0, 0.0],
+        [-STIFF - SOFT, -DAMP, SOFT, DAMP],
+        [0.0, 0.0, 0.0, 1.0],
+        [SOFT, DAMP, -STIFF - SOFT, -DAMP],
+    ]
+)
+
+
+def transition(a, b, h):
+    """Give x(t+h) = phi x + g0 u(t) + g1 u(t+h) for x' = a x + b u with u linear in between."""
+    n, m = b.shape
+    big = np.zeros((n + 2 * m, n + 2 * m))
+    big[:n, :n], big[:n, n : n + m] = a, b
+    big[n : n + m, n + m :] = np.eye(m) / h
+    e = expm(big * h)
+    return e[:n, :n], e[:n, n : n + m] - e[:n, n + m :], e[:n, n + m :]
+
+
+@dataclass
+class Mass:
+    """One mass with its inputs of the step before; `law` is that of its block."""
+
+    a: np.ndarray
+    b: np.ndarray
+    inputs: tuple[str, ...]
+    follows: bool
+
+    def law(self, t, h, v):
+        u = np.array([v[name] for name in self.inputs])
+        x = np.array([v["x"], v["v"]])
+        if h:
+            phi, g0, g1 = transition(self.a, self.b, h)
+            x = phi @ x + g0 @ np.array([v[f"old_{n}"] for n in self.inputs]) + g1 @ u
+        f = SOFT * (u[0] - x[0]) + DAMP * (u[1] - x[1]) if self.follows else 0.0
+        return {"x": x[0], "v": x[1], "f": f} | {f"old_{n}": v[n] for n in self.inputs}
+
+    def block(self):
+        state = {"initial": "exact"}
+        hidden = [(f"old_{n}", "local") for n in self.inputs]
+        ports = [(n, "input") for n in self.inputs]
+        outputs = [("x", "output", state), ("v", "output", state), ("f", "output")]
+        return Block(self.law, variables(*ports, *outputs, *hidden), {"f": self.inputs, "x": (), "v": ()})
+
+
+def pair(order, step, extrapolation):
+    first = Mass(np.array([[0.0, 1.0], [-STIFF, 0.0]]), np.array([[0.0], [-1.0]]), ("f_in",), False)
+    own = np.array([[0.0, 1.0], [-STIFF - SOFT, -DAMP]])
+    second = Mass(own, np.array([[0.0, 0.0], [SOFT, DAMP]]), ("x_in", "v_in"), True)
+    more = {"extrapolation": extrapolation}
+    wires = [wire("b.f", "a.f_in", **more), wire("a.x", "b.x_in", **more), wire("a.v", "b.v_in", **more)]
+    if order != [["a", "b"]]:
+        wires[1:] = [wire("a.x", "b.x_in"), wire("a.v", "b.v_in")]
+    blocks = {"a": first.block(), "b": second.block()}
+    return bench(blocks, wires, order, step_size=step, start={"a": {"x": 1.0}})
+
+
+def error(order, step, extrapolation):
+    n = round(END / step)
+    result = pair(order, step, extrapolation).run(n).result
+    exact = np.array([(expm(WHOLE * t) @ [1.0, 0.0, 0.0, 0.0])[[0, 2]] for t in result.time])
+    return np.abs(np.column_stack([result["a.x"], result["b.x"]]) - exact).max()
+
+
+def observed_order(order, extrapolation):
+    errors = [error(order, step, extrapolation) for step in STEPS]
+    return np.log2(errors[-2] / errors[-1])
+
+
+SIDE_BY_SIDE, SEQUENCE = [["a", "b"]], ["a", "b"]
+ITERATED = [{"iterate": ["a", "b"], "tolerance": 1e-13, "maximum": 100}]
+
+
+@pytest.mark.parametrize("order", [SIDE_BY_SIDE, SEQUENCE], ids=["side by side", "sequence"])
+@pytest.mark.parametrize(("extrapolation", "expected"), [(0, 1), (1, 2), (2, 2)])
+def test_the_coupling_error_falls_with_the_stated_order(order, extrapolation, expected):
+    assert observed_order(order, extrapolation) == pytest.approx(expected, abs=0.15)
+
+
+def test_the_coupling_error_of_an_iterated_group_falls_with_the_square_of_the_step():
+    assert observed_order(ITERATED, 0) == pytest.approx(2.0, abs=0.15)
+
+
+def test_each_scheme_is_better_than_the_one_before_it():
+    step = STEPS[-1]
+    schemes = [(SIDE_BY_SIDE, 0), (SEQUENCE, 0), (SEQUENCE, 1), (ITERATED, 0)]
+    errors = [error(order, step, extrapolation) for order, extrapolation in schemes]
+
+    assert errors == sorted(errors, reverse=True)
