@@ -6,7 +6,7 @@ import hashlib
 from collections.abc import Callable
 from functools import lru_cache
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba.extending import register_jitable
@@ -179,13 +179,22 @@ def execute(
 
 @lru_cache(maxsize=1)
 def compiled() -> Callable[..., tuple[int, int, int, int]]:
-    """Give `execute` as numba-compiled code, kept on disk between processes."""
+    """
+    Give `execute` as numba-compiled code, kept on disk between processes.
+
+    It is kept beside this file or, where that cannot be written, in the user's cache; where neither can
+    be, it is compiled for this process alone.
+    """
     from numba import njit
 
-    dispatcher = njit(cache=True)(execute)
-    # numba looks at this file alone and would load old code where only a function it calls has changed
-    dispatcher._cache._cache_file._source_stamp = _stamp()  # type: ignore[attr-defined]
-    return dispatcher
+    try:
+        dispatcher: Any = njit(cache=True, error_model="numpy")(execute)
+    except RuntimeError:
+        dispatcher = njit(error_model="numpy")(execute)
+    else:
+        # numba looks at this file alone and would load old code where only a function it calls has changed
+        dispatcher._cache._cache_file._source_stamp = _stamp()
+    return dispatcher  # type: ignore[no-any-return]
 
 
 def _stamp() -> str:

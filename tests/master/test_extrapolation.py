@@ -6,7 +6,7 @@ Coupling error of two masses against their monolithic solution, by the order in 
 Each mass is solved exactly for an input that is linear in a step, so that all error is that of coupling.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ from stubs import Block, bench, variables, wire
 
 STIFF, SOFT, DAMP = 40.0, 25.0, 0.8
 END = 1.0
-STEPS = (0.02, 0.01, 0.005)
+STEPS = (0.005, 0.0025)
 WHOLE = np.array(
     [
         [0.0, 1.0, 0.0, 0.0],
@@ -44,12 +44,15 @@ class Mass:
     b: np.ndarray
     inputs: tuple[str, ...]
     follows: bool
+    known: dict = field(default_factory=dict)
 
     def law(self, t, h, v):
         u = np.array([v[name] for name in self.inputs])
         x = np.array([v["x"], v["v"]])
         if h:
-            phi, g0, g1 = transition(self.a, self.b, h)
+            if h not in self.known:
+                self.known[h] = transition(self.a, self.b, h)
+            phi, g0, g1 = self.known[h]
             x = phi @ x + g0 @ np.array([v[f"old_{n}"] for n in self.inputs]) + g1 @ u
         f = SOFT * (u[0] - x[0]) + DAMP * (u[1] - x[1]) if self.follows else 0.0
         return {"x": x[0], "v": x[1], "f": f} | {f"old_{n}": v[n] for n in self.inputs}
@@ -77,13 +80,17 @@ def pair(order, step, extrapolation):
 def error(order, step, extrapolation):
     n = round(END / step)
     result = pair(order, step, extrapolation).run(n).result
-    exact = np.array([(expm(WHOLE * t) @ [1.0, 0.0, 0.0, 0.0])[[0, 2]] for t in result.time])
+    tick = expm(WHOLE * step)
+    state = [np.array([1.0, 0.0, 0.0, 0.0])]
+    for _ in range(n):
+        state.append(tick @ state[-1])
+    exact = np.array(state)[:, [0, 2]]
     return np.abs(np.column_stack([result["a.x"], result["b.x"]]) - exact).max()
 
 
 def observed_order(order, extrapolation):
     errors = [error(order, step, extrapolation) for step in STEPS]
-    return np.log2(errors[-2] / errors[-1])
+    return np.log2(errors[0] / errors[1])
 
 
 SIDE_BY_SIDE, SEQUENCE = [["a", "b"]], ["a", "b"]

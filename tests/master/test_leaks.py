@@ -1,0 +1,68 @@
+"""Ten thousand systems in one process, with native FMUs, leak neither handles nor memory."""
+
+import os
+import sys
+from pathlib import Path
+
+import pytest
+import yaml
+
+from fmu_sources.export.build import build, target
+from master.experiment import prepare
+from master.simulation import Grid, simulate
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(not sys.platform.startswith("linux"), reason="counts what /proc shows"),
+]
+
+RUNS, WARM_UP = 10_000, 500
+PAGE = 4096
+
+
+@pytest.fixture
+def experiment(tmp_path):
+    """Two native FMUs in an iterated group: libraries, states, rings, rows."""
+    pytest.importorskip("casadi", reason="builds FMUs")
+    fmu = target("oscillator")
+    path = fmu.path if fmu.is_current() else build(fmu)
+    given = {
+        "name": "pair",
+        "step_size": 1e-3,
+        "stop_time": 1.0,
+        "fmus": {name: {"source": str(path)} for name in ("a", "b")},
+        "connections": [{"from": "a.y", "to": "b.u"}, {"from": "b.y", "to": "a.u", "delay": 2}],
+        "coupling": {"order": [{"iterate": ["a", "b"]}]},
+    }
+    file = tmp_path / "pair.yaml"
+    file.write_text(yaml.safe_dump(given))
+    return prepare(file)
+
+
+def handles():
+    return len(os.listdir("/proc/self/fd"))
+
+
+def mapped():
+    return len(Path("/proc/self/maps").read_text().splitlines())
+
+
+def resident():
+    return PAGE * int(Path("/proc/self/statm").read_text().split()[1])
+
+
+def run(experiment, n):
+    for _ in range(n):
+        outcome = simulate(experiment.system, experiment.schedule, Grid(0.0, 1e-3, 3))
+        assert outcome.status == "completed"
+
+
+def test_ten_thousand_systems_leave_nothing_behind(experiment):
+    run(experiment, WARM_UP)
+    before = handles(), mapped(), resident()
+    run(experiment, RUNS)
+
+    assert handles() == before[0]
+    assert mapped() < before[1] + 200  # a library that stays loaded has five mappings a run: 50 000
+    # an instance is 1.5 kB, so two that stay in each run would be 30 MB; the allocators' own drift is below 8
+    assert resident() < before[2] + 8 * 2**20
