@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from . import calls
 from .operations import channel, close_loop, extrapolate
-from .program import CHANNEL, CHECK, COPY, GET, SAVE, SET, STEP, Memory
+from .program import CHANNEL, CHECK, COPY, EXTRAPOLATE, GET, KEEP, SAVE, SET, STEP, Memory
 from .value_types import FLOAT64, LARGEST_SIZE, pack, unpack
 
 DONE, FAILED, OUT_OF_LIMITS, NOT_CONVERGED, TRIGGERED = range(5)
@@ -57,34 +57,33 @@ def _do_step(slave: tuple[int, int], function: int, t: float, h: float, answers:
 
 
 @register_jitable
-def _move(values: Floats, rings: Floats, k: int, numbers: tuple[int, int, int, int]) -> None:
-    """Execute KEEP or, where there is no second place, EXTRAPOLATE."""
-    a, b, c, d = numbers
-    if d == 0:
+def _move(
+    values: Floats, rings: Floats, channels: Floats, k: int, numbers: tuple[int, int, int, int, int]
+) -> None:
+    """Execute KEEP, EXTRAPOLATE or CHANNEL."""
+    code, a, b, c, d = numbers
+    if code == KEEP:
+        cell = c + k % d
+        oldest = rings[cell]
+        rings[cell] = values[a]
+        values[b] = oldest
+    elif code == EXTRAPOLATE:
         values[a] = extrapolate(rings, c, b, values[a])
-        return
-    cell = c + k % d
-    oldest = rings[cell]
-    rings[cell] = values[a]
-    values[b] = oldest
+    else:
+        values[a] = channel(channels[b], rings, c, d, k, values[a])
 
 
 @register_jitable
-def _set_packed(
+def _exchange_packed(
     slave: tuple[int, int], function: int, block: tuple[int, ...], values: Floats, scratch: Bytes
 ) -> int:
-    """Set a block of another type than double; `block` is followed by its place and its type."""
-    pack(values, block[3], block[2], block[4], scratch)
-    return _exchange(slave, function, block, scratch.ctypes.data)
-
-
-@register_jitable
-def _get_packed(
-    slave: tuple[int, int], function: int, block: tuple[int, ...], values: Floats, scratch: Bytes
-) -> int:
-    """Get a block of another type than double."""
+    """Set or get a block of another type than double; `block` goes on with place, type and operation."""
+    n_values, place, kind = block[2], block[3], block[4]
+    if block[5] == SET:
+        pack(values, place, n_values, kind, scratch)
+        return _exchange(slave, function, block, scratch.ctypes.data)
     status = _exchange(slave, function, block, scratch.ctypes.data)
-    unpack(values, block[3], block[2], block[4], scratch)
+    unpack(values, place, n_values, kind, scratch)
     return status
 
 
@@ -145,22 +144,18 @@ def execute(
                 pass
             elif code == COPY:
                 values[b] = conversions[c, 0] * values[a] + conversions[c, 1]
-            elif code < CHANNEL:
-                _move(values, memory.rings, k, (a, b, c, d))
-            elif code == CHANNEL:
-                values[a] = channel(memory.channels[b], memory.rings, c, d, k, values[a])
+            elif code <= CHANNEL:
+                _move(values, memory.rings, memory.channels, k, (code, a, b, c, d))
             elif code == STEP:
-                start = t0 + (k + 1 - every) * h
-                status = _do_step((slaves[a, 0], slaves[a, 1]), b, start, every * h, answers)
+                slave = (slaves[a, 0], slaves[a, 1])
+                status = _do_step(slave, b, t0 + (k + 1 - every) * h, every * h, answers)
             elif code <= GET:
                 slave = (slaves[a, 0], slaves[a, 1])
                 block = (blocks[c, 0], blocks[c, 1], blocks[c, 4], blocks[c, 2], blocks[c, 3])
                 if block[4] == FLOAT64:
                     status = _exchange(slave, b, block, data + 8 * block[3])
-                elif code == SET:
-                    status = _set_packed(slave, b, block, values, scratch)
                 else:
-                    status = _get_packed(slave, b, block, values, scratch)
+                    status = _exchange_packed(slave, b, (*block, code), values, scratch)
             elif code == CHECK:
                 back, worst = close_loop(memory, a)
                 if worst >= 0:
