@@ -2,8 +2,8 @@
 Which effects are worth a fit: one step of Gauss-Newton for each, at a few shapes.
 
 The residual is regressed on the response of the outputs to the effect, beside the sensitivities of what is
-fitted already. Parameters of which `absent` says that they are zero without the effect are amplitudes: the
-regression gives their size. The others are shapes and are tried.
+fitted already. What a law is linear in are amplitudes, the regression gives their size: parameters in units
+of the slot's value, and those that are zero without the effect. The others are shapes and are tried.
 """
 
 from __future__ import annotations
@@ -13,14 +13,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fmu_sources.effects.common import NEVER
+
 from .fitting import STEP, Fit, Parameter, bounded
 from .study import Extended, Study
 from .tables import Array
 from .variants import Added, fixed_values, parameters
 
-FACTORS = (0.3, 1.0, 3.0)
+FACTORS = (0.1, 0.3, 1.0, 3.0)
 RESPONSE_STEP = 1e-4
-PROBES = (1.0, 0.02)
+PROBE = 0.02
+NOT_LINEAR = {"quantisation", "force_saturation", "rate_saturation"}
 
 
 @dataclass(frozen=True)
@@ -142,14 +145,13 @@ def _best(study: Study, tangent: Tangent, added: Added) -> Screened | None:
 def _sized(
     tangent: Tangent, extended: Extended, added: Added, at: Mapping[str, float]
 ) -> tuple[float, dict[str, float]]:
-    """Gain and amplitudes at one shape, probed with a typical and with a small amplitude."""
+    """Gain and amplitudes at one shape, probed with small amplitudes."""
     own = [p for p in extended.parameters if p.name.startswith(f"{added.fmu}.{added.prefix}_")]
     amplitudes = [p for p in own if _is_amplitude(added, p.name)]
     if not amplitudes:
         return tangent.gain([tangent.response(extended, at)], [0.0])[0], {}
-    probes = PROBES[:1] if added.law.states else PROBES
-    tried = [_probed(tangent, extended, amplitudes, at, probe) for probe in probes]
-    return max(tried, key=lambda t: t[0])
+    probe = 1.0 if added.effect in NOT_LINEAR else PROBE
+    return _probed(tangent, extended, amplitudes, at, probe)
 
 
 def _probed(
@@ -176,4 +178,8 @@ def _probed(
 
 def _is_amplitude(added: Added, name: str) -> bool:
     short = name.partition(".")[2].removeprefix(added.prefix + "_")
-    return added.law.absent.get(short) == 0.0
+    unit = next(v.unit for v in added.law.parameters if v.name == short)
+    absent = added.law.absent.get(short)
+    if absent == NEVER or unit == "{position}":
+        return False
+    return absent == 0.0 or "{value}" in unit

@@ -20,7 +20,7 @@ from .study import Extended, Study
 from .tables import Array
 from .variants import Added
 
-LONGEST_LIST, FEWEST, SMALLEST_PROMISE = 8, 1, 2e-3
+LONGEST_LIST, FEWEST, SMALLEST_PROMISE = 6, 1, 2e-3
 SAME_PREDICTION = 0.3
 ALPHA = 0.05
 ENOUGH = 5e-3

@@ -1,0 +1,159 @@
+"""
+Trials of the diagnosis on the virtual rig: many truths and seeds, one line of JSON each.
+
+    python tests/rig/trials.py OUT.jsonl FIRST_SEED N_SEEDS [TRUTH ...]
+    python tests/rig/trials.py table OUT.jsonl ...
+
+A truth is `none`, `none:colour`, `none:clock`, `none:plant`, an effect of the rig, or two joined by `+`.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+import yaml
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+
+from master.diagnosis.case import load_case
+from master.diagnosis.pipeline import diagnose
+from master.diagnosis.sealed import sealed
+from master.diagnosis.verdict import subsystem, verdict
+from rig import SUBSYSTEM, UNLISTED, Effects, Plant, Recorder, record
+
+CASE = Path(__file__).parents[2] / "configs" / "measured" / "docking_rig.yaml"
+SIZES = {
+    **{"slack": 3e-3, "cubic": 2e8, "quadratic_stiffness": 5e5, "backlash": 5e-5, "bouc_wen": 5.0},
+    **{"end_stop": 4e3, "coulomb": 4.0, "stribeck": 5.0, "dahl": 4.0, "presliding": 4.0},
+    **{"quadratic_damping": 3e3, "offset": 1.0, "drift": 0.2, "quantisation": 2.0, "mount": 0.5},
+    **{"gain": 0.02, "lag": 2e-3, "delay": 2e-3, "inertia": 3.0},
+    **{"rate_limit": 0.05, "simulator_delay": 2.0, "spacecraft_offset": 5.0},
+    **{"command_quantisation": 2e-4, "correction_saturation": 60.0},
+    **{"hertz": 2e5, "position_friction": 3.0, "thermal": 0.05, "preisach": 3.0},
+    **{"asymmetric_slack": 3e-3, "varying_delay": 4e-3},
+}
+NAMES = {
+    **{"cubic": "cubic_stiffness", "backlash": "clearance", "mount": "mount_resonance"},
+    **{"gain": "gain_error", "lag": "extra_lag", "delay": "extra_delay", "inertia": "end_effector_inertia"},
+    **{"simulator_delay": "extra_delay", "spacecraft_offset": "offset"},
+    **{"command_quantisation": "quantisation", "correction_saturation": "force_saturation"},
+}
+
+
+def one(truth: str, seed: int, folder: Path) -> dict:
+    """Record, diagnose and judge."""
+    rng = np.random.default_rng(1000 + seed)
+    kinds = [] if truth.startswith("none") else truth.split("+")
+    effects = Effects(**{k: SIZES[k] * rng.uniform(0.5, 1.5) for k in kinds})
+    if "simulator_delay" in kinds:
+        effects = effects._replace(simulator_delay=2.0)
+    recorder, plant = Recorder(), Plant()
+    if truth == "none:colour":
+        recorder = Recorder(colour=0.9)
+    if truth == "none:clock":
+        recorder = Recorder(clock_error=1e-4 * rng.uniform(-1, 1))
+    if truth == "none:plant":
+        wrong = {n: getattr(plant, n) * rng.uniform(0.9, 1.1) for n in ("m_e", "k_m", "c_m", "k_p", "c_p")}
+        plant = (plant._replace(**wrong), plant)
+    recording = record(effects, seed=seed, recorder=recorder, plant=plant)
+    recording.write(folder / "rig.npz")
+    case = yaml.safe_load(CASE.read_text())
+    case["system"] = str((CASE.parent / case["system"]).resolve())
+    case["recordings"] = {"rich": {"file": str(folder / "rig.npz")}}
+    (folder / "case.yaml").write_text(yaml.safe_dump(case))
+    begin = time.perf_counter()
+    found = diagnose(load_case(folder / "case.yaml"), lambda _: None)
+    seconds = time.perf_counter() - begin
+    try:
+        return _judged(truth, seed, found, recorder) | {"seconds": round(seconds, 1)}
+    finally:
+        found.close()
+
+
+def _judged(truth, seed, found, recorder) -> dict:
+    part = found.main
+    files = {}
+    for a in part.chosen.added:
+        link = next(c for c in part.study.pool.player(part.chosen.added).chain if c.name == a.fmu)
+        files[a.fmu] = link.description.path
+    name = part.study.bench.part.name
+    own = sealed(found, files)[name]
+    before, after = (np.mean(((v - own.measured) / part.study.size) ** 2) for v in (own.before, own.after))
+    floor = (recorder.sigma / part.study.size[0]) ** 2 if "force_sensor" in name else 0.0
+    return {
+        "truth": truth,
+        "seed": seed,
+        "verdict": verdict(found),
+        "effects": [f"{a.fmu}.{a.slot}:{a.effect}" for a in part.chosen.added],
+        "families": [list(f) for p in found.parts for f in p.families],
+        "subsystem": subsystem(found),
+        "before": float(before),
+        "after": float(after),
+        "share_of_ideal": float((before - after) / max(before - floor, 1e-300)),
+        "others": [str(a) for p in found.parts if p is not part for a in p.chosen.added],
+    }
+
+
+def expected(truth: str) -> list[str]:
+    """Names that the library has for a truth."""
+    return [NAMES.get(k, k) for k in truth.split("+") if not k.startswith("none") and k not in UNLISTED]
+
+
+def outcome(row: dict) -> str:
+    """One word for the table."""
+    laws = [e.rpartition(":")[2] for e in row["effects"] if "learned_" not in e]
+    if row["verdict"] in ("nothing missing", "parameters only"):
+        return row["verdict"]
+    if row["verdict"] == "undeclared":
+        return "undeclared"
+    if row["verdict"] == "cannot be told":
+        return "family " + " or ".join(sorted({n.rpartition(": ")[2] for f in row["families"] for n in f}))
+    return " + ".join(laws) + (" + remainder" if row["verdict"].startswith("partly") else "")
+
+
+def table(rows: list[dict]) -> str:
+    """Confusion matrix in Markdown: truth, seeds, outcomes with counts."""
+    lines = [
+        "| truth | trials (seeds) | outcome: count | subsystem right | share of the ideal gain |",
+        "|---|---|---|---|---|",
+    ]
+    for truth in dict.fromkeys(r["truth"] for r in rows):
+        own = [r for r in rows if r["truth"] == truth]
+        counts: dict[str, int] = {}
+        for r in own:
+            counts[outcome(r)] = counts.get(outcome(r), 0) + 1
+        text = "; ".join(f"{k}: {n}" for k, n in sorted(counts.items(), key=lambda c: -c[1]))
+        seeds = sorted(r["seed"] for r in own)
+        right = sum((r["subsystem"] or "") in _right(truth) for r in own)
+        shares = [r["share_of_ideal"] for r in own if r["effects"]]
+        share = f"{np.median(shares):.2f}" if shares else "-"
+        place = "-" if truth.startswith("none") else f"{right}/{len(own)}"
+        lines.append(f"| {truth} | {len(own)} ({seeds[0]}..{seeds[-1]}) | {text} | {place} | {share} |")
+    return "\n".join(lines)
+
+
+def _right(truth: str) -> set[str]:
+    return {SUBSYSTEM[k] for k in truth.split("+") if k in SUBSYSTEM}
+
+
+def main(arguments: list[str]) -> None:
+    if arguments[0] == "table":
+        rows = [json.loads(line) for path in arguments[1:] for line in Path(path).read_text().splitlines()]
+        sys.stdout.write(table(rows) + "\n")
+        return
+    out, first, count, truths = Path(arguments[0]), int(arguments[1]), int(arguments[2]), arguments[3:]
+    for seed in range(first, first + count):
+        for truth in truths or ["none", *SIZES]:
+            with tempfile.TemporaryDirectory() as folder:
+                row = one(truth, seed, Path(folder))
+            with out.open("a") as file:
+                file.write(json.dumps(row) + "\n")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
