@@ -106,6 +106,10 @@ def _poles() -> Iterable[Check]:
         yield Check(
             f"{case}.simulated", f"{label}, zeta of pole and run", "zeta_of_pole", (run,), below(5e-4)
         )
+    for plant, case in ((plant, case) for plant in PLANTS for case in CASES):
+        run = run_of(case, CASES[case].stops, EXACT, plant)
+        label = f"{case}: {plant}, backward, exact, poles of the motion simulator"
+        yield Check(f"{case}.cancel.{plant}", label, "cancellation", (run,), below(1e-2))
     for case in CASES:
         run = run_of(case, CASES[case].stops, EXACT)
         label = f"{case}: hexapod, backward, exact"

@@ -70,7 +70,6 @@ def _differences(recordings: Recordings) -> Sequence[Panel]:
             TIME,
             "log10 of |dF|/N",
             long,
-            (-4.0, 5.0),
         ),
     )
 

@@ -16,7 +16,7 @@ from ..metrics import NAMES, Metrics, compute_metrics
 from ..modes import Mode, dominant_mode, project
 from ..recorder import Result
 from . import contact
-from .poles import judged
+from .poles import cancellation, judged
 
 Floats = NDArray[np.float64]
 
@@ -204,6 +204,7 @@ MEASURES: Mapping[str, Measure] = {
     "growth_rate": _growth_rate,
     "pole_deviation": _pole_deviation,
     "zeta_of_pole": _zeta_of_pole,
+    "cancellation": lambda trace: cancellation(trace.experiment),
     "fastest_pole": lambda trace: judged(trace.experiment).fastest,
     "df_at_end": lambda trace: _last_second(trace, "compensator.df"),
     "offset_at_end": _offset_at_end,
@@ -229,6 +230,7 @@ MEANINGS: Mapping[str, str] = {
     "growth_rate": "growth rate",
     "pole_deviation": "|s - s0|/|s0|",
     "zeta_of_pole": "|zeta_pole - zeta_run|",
+    "cancellation": "|pole - zero|/|pole|",
     "fastest_pole": "largest Re(s)",
     "df_at_end": "largest |dF|",
     "offset_at_end": "mean(s_act - ideal)",

@@ -27,6 +27,7 @@ Complexes = NDArray[np.complex128]
 
 _DRAG = ("contact.v", "ideal.v")
 _SPREAD = 2500.0
+_SLOWEST_DELAY = 0.5  # a dead time has poles at z = 0, and a motor's current decays faster
 
 
 @dataclass(frozen=True)
@@ -144,6 +145,24 @@ def _continuous(z: Any, step: float) -> Complexes:
     inside = z[(np.abs(z) > 1e-3) & (np.abs(z) < 1e2) & (np.abs(z - 1.0) > 1e-6)]
     s = np.log(inside.astype(complex)) / step
     return np.asarray(s[np.abs(s) < _SPREAD])
+
+
+def cancellation(experiment: Experiment) -> float:
+    """Largest distance of the poles that stem from the motion simulator to a zero, over their modulus."""
+    key = _key(experiment)
+    _KEYS.setdefault(key, experiment)
+    return _cancellation(key)
+
+
+@lru_cache(maxsize=64)
+def _cancellation(key: Any) -> float:
+    coupled = Laboratory(driven(_KEYS[key])).coupled()
+    alone = np.linalg.eigvals(coupled.parts["motion_simulator"].system.A)
+    s = _continuous(alone[np.abs(alone) > _SLOWEST_DELAY], coupled.step_size)
+    loop = _loop(coupled)
+    own = loop.poles[np.argmin(np.abs(s[:, None] - loop.poles[None, :]), axis=1)]
+    distances = np.abs(own[:, None] - loop.zeros[None, :])
+    return float(np.max(distances.min(axis=1) / np.abs(own)))
 
 
 def cancelled(plane: Plane, tolerance: float = 1e-2) -> tuple[Sequence[bool], Sequence[bool]]:

@@ -9,7 +9,7 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from .runs import Recording, Run, Wanted, experiment_of, perform
 
 N_PROCESSES = 2
-CHUNK = 8
+CHUNK = 10
 
 Wishes = Mapping[Run, Wanted]
 Recordings = dict[Run, Recording]
