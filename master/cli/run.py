@@ -26,7 +26,7 @@ _EXIT = {
     simulation.OVERRUN: EXIT_FMU,
     simulation.INTERRUPTED: 130,
 }
-_ROWS_IN_MEMORY = 200_000
+_ROWS_IN_MEMORY = 100_000
 
 
 @click.command()
