@@ -23,6 +23,8 @@ from .variants import Added, fixed_values, parameters
 FACTORS = (0.1, 0.3, 1.0, 3.0)
 RESPONSE_STEP = 1e-4
 PROBE = 0.02
+N_STARTS = 3
+RATE = "{value}/{position}"
 NOT_LINEAR = {"quantisation", "force_saturation", "rate_saturation"}
 
 
@@ -130,15 +132,16 @@ def _best(study: Study, tangent: Tangent, added: Added) -> Screened | None:
         )
         amplitudes = [p for p in own if _is_amplitude(added, p.name)]
         shapes = [p for p in own if p not in amplitudes]
-        for factor in FACTORS if shapes else (1.0,):
-            at = {p.name: min(max(factor * p.start, p.low), p.high) for p in shapes}
+        rates = [p for p in amplitudes if added.law.states and _unit(added, p.name) == RATE]
+        for factor in FACTORS if shapes or rates else (1.0,):
+            at = {p.name: min(max(factor * p.start, p.low), p.high) for p in (*shapes, *rates)}
             gain, sized = _sized(tangent, extended, added, at)
             found.append((gain, extended, at | sized))
     found = sorted((f for f in found if np.isfinite(f[0])), key=lambda f: -f[0])
     if not found:
         return None
     gain, extended, _ = found[0]
-    starts = tuple(guess for _, e, guess in found if e == extended)[:2]
+    starts = tuple(guess for _, e, guess in found if e == extended)[:N_STARTS]
     return Screened(extended, starts, gain)
 
 
@@ -163,7 +166,7 @@ def _probed(
 ) -> tuple[float, dict[str, float]]:
     is_joint = bool(extended.added[-1].law.states)
     absent = {p.name: 0.0 for p in amplitudes}
-    typical = {p.name: min(max(probe * p.start, p.low), p.high) for p in amplitudes}
+    typical = {p.name: min(max(probe * at.get(p.name, p.start), p.low), p.high) for p in amplitudes}
     groups = [typical] if is_joint else [absent | {n: v} for n, v in typical.items()]
     responses = [tangent.response(extended, {**at, **group}) for group in groups]
     low = [0.0 if p.low >= 0.0 else -np.inf for p in amplitudes][: len(groups)]
@@ -176,10 +179,16 @@ def _probed(
     return gain, found
 
 
+def _short(added: Added, name: str) -> str:
+    return name.partition(".")[2].removeprefix(added.prefix + "_")
+
+
+def _unit(added: Added, name: str) -> str:
+    return next(v.unit for v in added.law.parameters if v.name == _short(added, name))
+
+
 def _is_amplitude(added: Added, name: str) -> bool:
-    short = name.partition(".")[2].removeprefix(added.prefix + "_")
-    unit = next(v.unit for v in added.law.parameters if v.name == short)
-    absent = added.law.absent.get(short)
+    unit, absent = _unit(added, name), added.law.absent.get(_short(added, name))
     if absent == NEVER or unit == "{position}":
         return False
     return absent == 0.0 or "{value}" in unit
