@@ -197,7 +197,7 @@ def load_case(path: Path) -> LoadedCase:
 
 
 def _problems(document: Document, error: ValidationError) -> list[str]:
-    found: dict[str, None] = Field({})
+    found: dict[str, None] = {}
     for fault in error.errors():
         place = tuple(k for k in fault["loc"] if k not in ("all", "list[str]", "literal['all']"))
         found.setdefault(f"{document.where(place)}: {_text(fault)}")

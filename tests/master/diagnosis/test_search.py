@@ -1,0 +1,64 @@
+"""A static law stands for the replay: what is accepted, who is a rival, which effect is needless."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from master.diagnosis.fitting import Fit
+from master.diagnosis.ranking import gain
+from master.diagnosis.search import Ranked, _family, is_accepted, is_worse
+from master.diagnosis.study import Extended
+
+N, BLOCKS = 1200, [slice(100 * i, 100 * (i + 1)) for i in range(12)]
+T = np.linspace(0.0, 6.0, N)
+
+
+def fitted(predicted):
+    return Fit("x", {}, {}, predicted[:, None], 0.0, 0, ())
+
+
+def gains(values, spread=0.01, seed=1):
+    own = np.exp(-np.asarray(values) + spread * np.random.default_rng(seed).standard_normal(12))
+    return gain(fitted(np.zeros(N)), np.ones(12), own)
+
+
+def ranked(mean, n_parameters, predicted):
+    found = gain(fitted(predicted), np.ones(12), np.full(12, np.exp(-mean)))
+    return Ranked(Extended(parameters=(None,) * n_parameters), found)
+
+
+@pytest.fixture
+def study():
+    return SimpleNamespace(held_out=BLOCKS, size=np.ones(1))
+
+
+def test_clear_gain_is_accepted_and_a_lucky_one_of_many_is_not():
+    assert is_accepted(gains(0.2), 22)
+    assert not is_accepted(gains(0.02, spread=0.03), 22)
+    assert not is_accepted(gains(0.005, spread=1e-4), 22)
+
+
+def test_less_by_a_hair_is_not_worse():
+    assert is_worse(gains(0.1), gains(0.2))
+    assert not is_worse(gains(0.195), gains(0.2))
+
+
+def test_more_parameters_with_the_same_prediction_are_no_rival(study):
+    simple, contained = ranked(0.5, 1, np.sin(T)), ranked(0.502, 3, 1.05 * np.sin(T))
+
+    assert _family(study, fitted(np.zeros(N)), [contained, simple]) == [simple]
+
+
+def test_another_prediction_is_a_rival(study):
+    one, other = ranked(0.5, 1, np.sin(T)), ranked(0.495, 1, np.cos(T))
+
+    assert _family(study, fitted(np.zeros(N)), [one, other]) == [one, other]
+
+
+def test_worse_one_is_no_rival(study):
+    one, other = ranked(0.5, 2, np.sin(T)), ranked(0.4, 1, np.cos(T))
+
+    assert _family(study, fitted(np.zeros(N)), [one, other]) == [one]
