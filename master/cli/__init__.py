@@ -14,6 +14,7 @@ COMMANDS = {
     "linearise": "linearise",
     "design-dpdc": "design_dpdc",
     "reproduce": "reproduce",
+    "diagnose": "diagnose",
     "build": "build",
     "export-ssp": "export_ssp",
 }
