@@ -129,6 +129,12 @@ def _named_or_learned(result: PartResult, found: Found, slots: list[str]) -> Par
     result = replace(result, found=found, chosen=found.extended, fit=found.fit)
     if not found.extended.added and not _suspicious(result):
         return result
+    crowded = _crowded(found)
+    if crowded:
+        alone = learn(study, Extended(), found.base, crowded)
+        named = gain(found.fit, *_powers(study, found.base, found.fit))
+        if alone is not None and is_accepted(alone.gain, 5) and not is_worse(alone.gain, named):
+            return _undeclared(result, alone)
     left = study.measured - found.fit.predicted
     after = ceiling_of(study, left[:, worst_output(study)], features_of(study))
     result = replace(result, ceiling_after=after)
@@ -140,6 +146,12 @@ def _named_or_learned(result: PartResult, found: Found, slots: list[str]) -> Par
     if not found.extended.added:
         return _undeclared(result, law)
     return _against_names(result, found, law, slots)
+
+
+def _crowded(found: Found) -> list[str]:
+    """Slots with more than one effect: one law without a name may be behind them."""
+    slots = [f"{a.fmu}.{a.slot}" for a in found.extended.added]
+    return sorted({s for s in slots if slots.count(s) > 1})
 
 
 def _is_small(result: PartResult, after: Ceiling | None) -> bool:

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,9 +24,25 @@ from .tables import Array
 
 Integers = NDArray[np.int64]
 MEASURED, WIRED = 0, 1
-N_FIELDS = 12
 WARNING = 1
+COMPONENT, STEP, SET, GET, INPUTS, N_INPUTS, FIRST_INPUT = range(7)
+OUTPUTS, N_OUTPUTS, FIRST_OUTPUT, MOVE, END_MOVE = range(7, 12)
+TARGET, KIND, SOURCE = range(3)
 _REAL = (Kind.REAL, FLOAT64)
+
+
+class Layout(NamedTuple):
+    """
+    What the loop works on.
+
+    `fmus`: a row an FMU with the columns COMPONENT to END_MOVE. `moves`: [target, kind, source], the
+    source a column of the data (MEASURED) or a place in `table` (WIRED). `places`: what is read.
+    """
+
+    fmus: Integers
+    moves: Integers
+    places: Integers
+    table: Array
 
 
 @dataclass(frozen=True)
@@ -47,27 +63,30 @@ class _Slave(Fmi2Slave):
         self.enter_initialisation(start, 0.0)
 
 
-def _play(fmus, moves, data, table, places, out, grid, clock):  # type: ignore[no-untyped-def]  # compiled
+def _play(layout, data, out, grid, clock):  # type: ignore[no-untyped-def]  # compiled
+    table, moves = layout.table, layout.moves
     first, n, every = grid
     t0, h = clock
     for j in range(n):
-        for i in range(len(fmus)):
-            fmu = fmus[i]
-            for q in range(fmu[10], fmu[11]):
-                if moves[q, 1] == 0:
-                    table[moves[q, 0]] = data[first + j + 1, moves[q, 2]]
+        for i in range(len(layout.fmus)):
+            fmu = layout.fmus[i]
+            for q in range(fmu[MOVE], fmu[END_MOVE]):
+                if moves[q, KIND] == MEASURED:
+                    table[moves[q, TARGET]] = data[first + j + 1, moves[q, SOURCE]]
                 else:
-                    table[moves[q, 0]] = table[moves[q, 2]]
+                    table[moves[q, TARGET]] = table[moves[q, SOURCE]]
             at = table.ctypes.data
-            if fmu[5] > 0:
-                calls.exchange(fmu[2], fmu[0], fmu[4], fmu[5], at + 8 * fmu[6])
-            if calls.do_step(fmu[1], fmu[0], t0 + j * h, h) > 1:
+            if fmu[N_INPUTS] > 0:
+                inputs = at + 8 * fmu[FIRST_INPUT]
+                calls.exchange(fmu[SET], fmu[COMPONENT], fmu[INPUTS], fmu[N_INPUTS], inputs)
+            if calls.do_step(fmu[STEP], fmu[COMPONENT], t0 + j * h, h) > WARNING:
                 return j
-            if fmu[8] > 0:
-                calls.exchange(fmu[3], fmu[0], fmu[7], fmu[8], at + 8 * fmu[9])
+            if fmu[N_OUTPUTS] > 0:
+                outputs = at + 8 * fmu[FIRST_OUTPUT]
+                calls.exchange(fmu[GET], fmu[COMPONENT], fmu[OUTPUTS], fmu[N_OUTPUTS], outputs)
         if (j + 1) % every == 0:
-            for q in range(len(places)):
-                out[(j + 1) // every, q] = table[places[q]]
+            for q in range(len(layout.places)):
+                out[(j + 1) // every, q] = table[layout.places[q]]
     return n
 
 
@@ -121,9 +140,8 @@ class Player:
             self._initialise(values, data[first])
         except FmuError:
             return out
-        out[0] = self.table[self.places]
-        clock, grid = (first * step, step), (first, n, every)
-        _compiled()(self.fmus, self.moves, data, self.table, self.places, out, grid, clock)
+        out[0] = self.layout.table[self.layout.places]
+        _compiled()(self.layout, data, out, (first, n, every), (first * step, step))
         return out
 
     def close(self) -> None:
@@ -133,16 +151,18 @@ class Player:
         self.slaves = []
 
     def _initialise(self, values: Mapping[str, Mapping[str, float | str]], row: Array) -> None:
-        for i, (slave, link) in enumerate(zip(self.slaves, self.chain, strict=True)):
-            fmu = self.fmus[i]
+        table = self.layout.table
+        for fmu, slave, link in zip(self.layout.fmus, self.slaves, self.chain, strict=True):
             slave.restart(values.get(link.name, {}))
-            for dest, kind, source in self.moves[fmu[10] : fmu[11]]:
-                self.table[dest] = row[source] if kind == MEASURED else self.table[source]
-            at = self.table.ctypes.data
-            if fmu[5]:
-                calls.exchange(fmu[2], fmu[0], fmu[4], fmu[5], at + 8 * int(fmu[6]))
+            for target, kind, source in self.layout.moves[fmu[MOVE] : fmu[END_MOVE]]:
+                table[target] = row[source] if kind == MEASURED else table[source]
+            at = table.ctypes.data
+            if fmu[N_INPUTS]:
+                inputs = at + 8 * int(fmu[FIRST_INPUT])
+                calls.exchange(fmu[SET], fmu[COMPONENT], fmu[INPUTS], fmu[N_INPUTS], inputs)
             slave.exit_initialisation()
-            calls.exchange(fmu[3], fmu[0], fmu[7], fmu[8], at + 8 * int(fmu[9]))
+            outputs = at + 8 * int(fmu[FIRST_OUTPUT])
+            calls.exchange(fmu[GET], fmu[COMPONENT], fmu[OUTPUTS], fmu[N_OUTPUTS], outputs)
 
     def _lay_out(self) -> None:
         """Give every input and output a place in the table."""
@@ -150,10 +170,8 @@ class Player:
         for link in self.chain:
             for variable in (*link.measured, *link.wired, *link.read):
                 place.setdefault(f"{link.name}.{variable}", len(place))
-        self.table = np.zeros(len(place))
-        self.places = np.array([place[name] for name in self.names], dtype=np.int64)
         self._references: list[Any] = []
-        fmus = np.zeros((len(self.chain), N_FIELDS), dtype=np.int64)
+        fmus = np.zeros((len(self.chain), END_MOVE + 1), dtype=np.int64)
         moves: list[tuple[int, int, int]] = []
         for i, (link, slave) in enumerate(zip(self.chain, self.slaves, strict=True)):
             c = slave.interface()
@@ -163,12 +181,18 @@ class Player:
             for v, source in link.wired.items():
                 moves.append((place[f"{link.name}.{v}"], WIRED, place[source]))
             inputs, outputs = [*link.measured, *link.wired], list(link.read)
-            fmus[i, :4] = (c.component, c.do_step, c.setters[_REAL], c.getters[_REAL])
-            fmus[i, 4:7] = (self._addresses(link, inputs), len(inputs), moves[begin][0] if inputs else 0)
+            fmus[i, : GET + 1] = (c.component, c.do_step, c.setters[_REAL], c.getters[_REAL])
+            at = moves[begin][0] if inputs else 0
+            fmus[i, INPUTS : FIRST_INPUT + 1] = (self._addresses(link, inputs), len(inputs), at)
             at = place[f"{link.name}.{outputs[0]}"] if outputs else 0
-            fmus[i, 7:10] = (self._addresses(link, outputs), len(outputs), at)
-            fmus[i, 10:] = (begin, len(moves))
-        self.fmus, self.moves = fmus, np.array(moves or [(0, 0, 0)], dtype=np.int64).reshape(-1, 3)
+            fmus[i, OUTPUTS : FIRST_OUTPUT + 1] = (self._addresses(link, outputs), len(outputs), at)
+            fmus[i, MOVE:] = (begin, len(moves))
+        self.layout = Layout(
+            fmus=fmus,
+            moves=np.array(moves or [(0, 0, 0)], dtype=np.int64).reshape(-1, 3),
+            places=np.array([place[name] for name in self.names], dtype=np.int64),
+            table=np.zeros(len(place)),
+        )
 
     def _addresses(self, link: Link, names: Sequence[str]) -> int:
         references = np.array([_real(link, n).reference for n in names] or [0], dtype=np.uint32)
