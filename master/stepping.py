@@ -98,12 +98,15 @@ def _state(memory: Memory, i: int) -> int:
 
 @register_jitable
 def _observe(values: Floats, watch: Watch, row: Floats) -> tuple[int, int]:
-    """Record one row; give DONE, or OUT_OF_LIMITS or TRIGGERED with the signal or trigger."""
-    for j in range(watch.record.size):
+    """Record one whole row; give DONE, or OUT_OF_LIMITS or TRIGGERED with the first signal or trigger."""
+    beyond = -1
+    for j in range(watch.record.size - 1, -1, -1):
         value = values[watch.record[j]]
         row[j] = value
         if not (abs(value) <= watch.limits[j]):
-            return OUT_OF_LIMITS, j
+            beyond = j
+    if beyond >= 0:
+        return OUT_OF_LIMITS, beyond
     for j in range(watch.triggers.shape[0]):
         value = values[watch.triggers[j, 0]]
         if watch.triggers[j, 1] and watch.thresholds[j, 0] * (value - watch.thresholds[j, 1]) > 0.0:

@@ -16,9 +16,8 @@ from ..catalogue import Progress, silent
 from ..errors import ConfigError
 from ..experiment import Experiment, Request, prepare
 from ..graph import System
-from ..recorder import Result
 from ..schedule import make_schedule
-from ..simulation import DIVERGED, Outcome, RunOptions, simulate
+from ..simulation import RunOptions, simulate
 from ..values import parse
 from .measures import MEASURES, Trace
 
@@ -99,17 +98,11 @@ def perform(run: Run, wanted: Wanted) -> Recording:
     experiment = experiment_of(run)
     options = RunOptions(limits=experiment.limits, scenario=experiment.scenario)
     outcome = simulate(experiment.system, experiment.schedule, experiment.grid, options=options)
-    result = _whole_rows(outcome)
+    result = outcome.result
     trace = Trace(experiment, result)
     numbers = {name: _number(MEASURES[name](trace)) for name in sorted(wanted.measures)}
     signals = {name: result[name].copy() for name in sorted(wanted.signals)}
     return Recording(outcome.status, numbers, result.time, signals)
-
-
-def _whole_rows(outcome: Outcome) -> Result:
-    """Leave out the row in which a run diverged: it ends at the signal that passed its limit."""
-    result, n = outcome.result, len(outcome.result.time) - (outcome.status == DIVERGED)
-    return replace(result, time=result.time[:n], values=result.values[:n])
 
 
 @cache

@@ -83,6 +83,12 @@ def test_divergence_stops_the_run_and_keeps_the_rows(compiled):
     assert outcome.cause == "a.y: got 16 m, expected a magnitude of at most 10 m"
 
 
+def test_the_row_in_which_a_run_diverges_is_whole():
+    outcome = bench({"a": growing(2.0), "b": clock()}).run(100, limits={"a.y": 10.0})
+
+    assert outcome.result["b.t"].tolist() == outcome.result.time.tolist()
+
+
 def test_nan_is_divergence_without_any_limit():
     broken = Block(lambda t, h, v: {"y": float("nan") if t >= 2.0 else t}, variables(("y", "output")))
     outcome = bench({"a": broken}).run(9)
