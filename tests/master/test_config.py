@@ -123,9 +123,7 @@ def test_more_steps_than_a_double_counts_are_refused(faults, step_size):
 
 
 def test_a_stop_time_before_the_start_is_refused(faults):
-    assert faults(HEAD + "start_time: 2.0\n") == [
-        "system.yaml:2: stop_time: not after start_time, got 1.0"
-    ]
+    assert faults(HEAD + "start_time: 2.0\n") == ["system.yaml:2: stop_time: not after start_time, got 1.0"]
 
 
 def test_a_stop_time_that_binary_numbers_cannot_hold_is_taken(load):
