@@ -5,8 +5,8 @@ A smooth law without a name: a map over two of the slot's signals, learned from 
 
 B_1..B_7 are cubic B-splines on equal knots that sum to 1 between -1 and 1; a and b are held at the ends of
 that range. a and b are two of value, position, velocity, load, `time` (from the middle of its range), and
-`memory`: position (or value, where there is none) minus its lagged self, der(z) = (signal - z) / T. An odd law has c_ij = -c_(8-i)(8-j), an even
-one the same sign.
+`memory`: position (or value, where there is none) minus its lagged self, der(z) = (signal - z) / T. An odd
+law has c_ij = -c_(8-i)(8-j), an even one the same sign.
 
 Parameters c_i_j [{value}], a_0, b_0 the half ranges of the signals, T [s] the memory
 Source     de Boor, A Practical Guide to Splines (2001), Chs. IX, XVII.

@@ -3,8 +3,8 @@ import sys
 import numpy as np
 import pytest
 import yaml
-
 from build import FOLDERS, TYPES_3, compile_c, describe_2, describe_3, write_fmu
+
 from master.description import read_description
 from master.errors import ConfigError, FmuError
 from master.experiment import prepare
