@@ -36,7 +36,8 @@ class Bench:
     Recordings of one part, one after the other.
 
     `measured` has shape (rows, outputs); `in_use` is false while a replay settles. Rows are those that are
-    compared, after cutting and decimation.
+    compared, after cutting and decimation. `fitted` names the recordings that a fit sees: a start value that
+    it gives is theirs, in the others it is estimated.
     """
 
     def __init__(self, part: Part, recordings: Mapping[str, Recording], case: Case) -> None:
@@ -54,6 +55,7 @@ class Bench:
         self.measured = self._joined({n: self._compared(v) for n, v in self.raw.items()})
         self.lengths = {n: len(self._compared(v[:, :1])) for n, v in self.raw.items()}
         self.in_use = self._in_use()
+        self.fitted = set(recordings)
 
     @property
     def row_period(self) -> float:
@@ -65,25 +67,25 @@ class Bench:
         names = list(self.lengths)
         return sum(self.lengths[n] for n in names[: names.index(recording)])
 
-    def predict(self, player: Player, values: Values) -> Array:
-        """Replay everything; shape (rows, outputs), NaN where it failed."""
+    def predict(self, player: Player, values: Values, *, everything: bool = True) -> Array:
+        """Replay all, or what a fit sees; shape (rows, outputs), NaN where it failed or was left out."""
         places = [player.names.index(name) for name in self.outputs]
         found = {n: np.full(v.shape, np.nan) for n, v in self.raw.items()}
-        for s in self.segments:
+        for s in self.segments if everything else self._fitted_segments():
             rows = self._replay(player, values, s, places)
             found[s.recording][s.begin : s.end] = rows[: s.end - s.begin]
         return self._joined({n: self._compared(v) for n, v in found.items()})
 
     def starts_of(self, player: Player) -> list[str]:
-        """Start values that are estimated once for the whole bench: it has one recording, without windows."""
-        if self.is_windowed or len(self.segments) != 1:
+        """Start values that a fit can find: it sees one recording, without windows."""
+        if self.is_windowed or len(self._fitted_segments()) != 1:
             return []
         return [k for k in self.starts if k.partition(".")[2] in _variables(player, k)]
 
     def estimated(self, player: Player, values: Values) -> dict[str, float]:
         """Estimate those start values on the first part of the recording."""
         places = [player.names.index(name) for name in self.outputs]
-        found = self._with_starts(player, values, self.segments[0], places)
+        found = self._with_starts(player, values, self._fitted_segments()[0], places)
         return {k: float(found[k.partition(".")[0]][k.partition(".")[2]]) for k in self.starts_of(player)}
 
     def record(self, player: Player, values: Values) -> dict[str, Array]:
@@ -104,6 +106,9 @@ class Bench:
             at += len(raw)
         return np.concatenate(found)
 
+    def _fitted_segments(self) -> list[Segment]:
+        return [s for s in self.segments if s.recording in self.fitted]
+
     def _replay(self, player: Player, values: Values, s: Segment, places: Sequence[int]) -> Array:
         return np.asarray(self._play(player, self._with_starts(player, values, s, places), s)[:, places])
 
@@ -111,7 +116,8 @@ class Bench:
         """Values with the start values that are to be estimated and are not given."""
         starts = [k for k in self.starts if k.partition(".")[2] in _variables(player, k)]
         given = {f"{fmu}.{name}" for fmu, own in values.items() for name in own}
-        starts = [k for k in starts if k not in given or self.is_windowed]
+        is_given = s.recording in self.fitted and not self.is_windowed
+        starts = [k for k in starts if not (is_given and k in given)]
         if not starts:
             return values
         target = self.raw[s.recording][s.begin : s.end]

@@ -97,7 +97,7 @@ def _linear(study: Study, chosen: Extended, extended: Extended, found: Fit) -> t
     columns, spreads = [], []
     for p in free:
         step = RESPONSE * p.spread if p.name in own and p.spread else 1e-4 * p.scale
-        moved = study.simulate(extended.added, values | {p.name: values[p.name] + step})
+        moved = study.simulate(extended.added, values | {p.name: values[p.name] + step}, everything=True)
         columns.append(bounded((moved - found.predicted) / study.size) / step)
         spreads.append(p.spread or np.inf)
     matrix, target = np.stack(columns, axis=-1), (study.measured - found.predicted) / study.size

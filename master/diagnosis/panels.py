@@ -93,7 +93,7 @@ def _correlations(ax: Any, part: PartResult) -> None:
         [abs(c.value) for c in found],
         color=[AFTER if c.is_found else "0.7" for c in found],
     )
-    ax.set(title="prewhitened cross-correlations (blue: significant)")
+    ax.set(title="cross-correlations (blue: significant)")
     ax.tick_params(axis="y", labelsize=6)
 
 

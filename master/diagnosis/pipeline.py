@@ -106,7 +106,8 @@ def _part(system: CutSystem, bench: Bench, split: Split, case: Case, progress: P
     held_out = [s for s in held_out if bench.in_use[s].all()]
     study = Study(system, bench, pool, base_parameters(case, system, part.fmus), rows, held_out, progress)
     progress(f"{part.name}: replay and refit")
-    nominal = study.simulate((), {})
+    bench.fitted = {s.recording for s in split.fit}
+    nominal = study.simulate((), {}, everything=True)
     base = start(study)
     empty = PartResult(study, nominal, base, Extended(), base)
     spread = study.measured[rows].std(axis=0)
@@ -137,7 +138,9 @@ def _named_or_learned(result: PartResult, found: Found, slots: list[str]) -> Par
             return _undeclared(result, alone)
     left = study.measured - found.fit.predicted
     after = ceiling_of(study, left[:, worst_output(study)], features_of(study))
-    result = replace(result, ceiling_after=after)
+    if after is not None and after.is_structure:
+        found = found.widened(study)
+    result = replace(result, found=found, ceiling_after=after)
     if found.extended.added and _is_small(result, after):
         return result
     law = learn(study, found.extended, found.fit, slots)

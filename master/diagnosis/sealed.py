@@ -69,7 +69,9 @@ def _one(
     bench, system = result.study.bench, diagnosis.system
     own = {n: r for n, r in diagnosis.recordings.items() if n in {s.recording for s in stretches}}
     if not set(own) <= set(bench.lengths):
+        fitted = bench.fitted & set(own)
         bench = Bench(bench.part, own, diagnosis.loaded.case)
+        bench.fitted = fitted
     rows = np.concatenate(
         [np.arange(bench.begin(s.recording) + s.begin, bench.begin(s.recording) + s.end) for s in stretches]
     )

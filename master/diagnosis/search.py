@@ -8,7 +8,7 @@ with fewer: it contains the other and is no rival. What then remains beside the 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import stats
@@ -21,9 +21,11 @@ from .tables import Array
 from .variants import Added
 
 LONGEST_LIST, FEWEST, SMALLEST_PROMISE = 6, 1, 2e-3
-SAME_PREDICTION = 0.3
+SAME_PREDICTION = 0.1
 ALPHA = 0.05
 ENOUGH = 5e-3
+MOST_BRANCHES = 3
+NEAR = 0.18  # 20 % of what is left
 
 
 @dataclass(frozen=True)
@@ -46,11 +48,12 @@ class Ranked:
 
 @dataclass(frozen=True)
 class Round:
-    """One round: all that were fitted, best first, and the family of the winner, the winner first."""
+    """One round: all that were fitted, best first; the family, its winner first; if the next round decided."""
 
     before: Fit
     ranked: tuple[Ranked, ...]
     family: tuple[Ranked, ...]
+    is_resolved: bool = False
 
 
 @dataclass(frozen=True)
@@ -67,31 +70,65 @@ class Found:
         """Names that could not be told apart, one tuple an effect that was added."""
         return [tuple(r.name for r in rnd.family) for rnd in self.rounds if len(rnd.family) > 1]
 
+    def widened(self, study: Study) -> Found:
+        """
+        The same with wider families, for a residual that still has structure.
+
+        What the best leaves is not noise then, and statistics of noise do not decide between rivals that
+        leave nearly as little.
+        """
+        return replace(self, rounds=tuple(_widened(study, step) for step in self.rounds))
+
 
 def search(study: Study, base: Fit, wanted: Sequence[Added], at_most: int = AT_MOST) -> Found:
     """Add effects one after the other until none is accepted, or little is left of the residual."""
     chosen, found = Extended(), base
     rounds: list[Round] = []
-    for _ in range(at_most):
-        left = [a for a in wanted if a not in chosen.added]
-        study.progress(f"{study.bench.part.name}: {len(left)} effects screened")
-        taken = {(a.fmu, a.slot) for a in chosen.added}
-        first = [(*chosen.added, a) if (a.fmu, a.slot) in taken else (a,) for a in left]
-        study.pool.build(first, study.progress)
-        promising = _shortlist(screened(study, chosen, found, left))
-        study.pool.build([s.extended.added for s in promising], study.progress)
-        step = _round(study, found, promising, len(left))
+    ahead: Round | None = None
+    while len(rounds) < at_most:
+        step = ahead or _step(study, chosen, found, wanted)
+        ahead = None
+        if len(step.family) > 1 and len(rounds) + 1 < at_most:
+            step, ahead = _looked_ahead(study, base, step, wanted)
         rounds.append(step)
         if not step.family:
             break
         winner = step.family[0]
         chosen, found = winner.extended.started_at(winner.gain.fit.values), winner.gain.fit
-        chosen, found = _pruned(study, chosen, found)
         if _power(study, found).sum() < ENOUGH * _power(study, base).sum():
             break
+        pruned, found = _pruned(study, chosen, found)
+        if pruned.added != chosen.added:
+            chosen, ahead = pruned, None
     if chosen.added:
         found = study.fitted(chosen, [found.values], 30, 1e-8)
     return Found(base, chosen, found, tuple(rounds))
+
+
+def _step(study: Study, chosen: Extended, found: Fit, wanted: Sequence[Added]) -> Round:
+    """Screen and fit one more effect."""
+    left = [a for a in wanted if a not in chosen.added]
+    study.progress(f"{study.bench.part.name}: {len(left)} effects screened")
+    taken = {(a.fmu, a.slot) for a in chosen.added}
+    first = [(*chosen.added, a) if (a.fmu, a.slot) in taken else (a,) for a in left]
+    study.pool.build(first, study.progress)
+    promising = _shortlist(screened(study, chosen, found, left))
+    study.pool.build([s.extended.added for s in promising], study.progress)
+    return _round(study, found, promising, len(left))
+
+
+def _looked_ahead(study: Study, base: Fit, step: Round, wanted: Sequence[Added]) -> tuple[Round, Round]:
+    """Let the next effect decide between the members of a family; the round after the winner beside it."""
+    power = _power(study, base)
+    branches = []
+    for member in step.family[:MOST_BRANCHES]:
+        after = _step(study, member.extended.started_at(member.gain.fit.values), member.gain.fit, wanted)
+        last = after.family[0].gain.fit if after.family else member.gain.fit
+        branches.append((gain(last, power, _power(study, last)), member, after))
+    branches.sort(key=lambda b: -b[0].mean)
+    best = branches[0]
+    family = [member for total, member, _ in branches if total is best[0] or not is_worse(total, best[0])]
+    return replace(step, family=tuple(family), is_resolved=len(family) == 1), best[2]
 
 
 def _power(study: Study, found: Fit) -> Array:
@@ -155,6 +192,20 @@ def _family(study: Study, before: Fit, accepted: Sequence[Ranked]) -> list[Ranke
         if not any(k.n_parameters < r.n_parameters and _same(study, before, k, r) for k in kept):
             kept.append(r)
     return kept
+
+
+def _widened(study: Study, step: Round) -> Round:
+    if not step.family or step.is_resolved:
+        return step
+    winner = step.family[0]
+    near = [r for r in step.ranked if r.gain.is_accepted and winner.gain.mean - r.gain.mean < NEAR]
+    others = [
+        r
+        for r in near
+        if r not in step.family
+        and not (r.n_parameters > winner.n_parameters and _same(study, step.before, winner, r))
+    ]
+    return replace(step, family=(*step.family, *others))
 
 
 def is_worse(one: Gain, best: Gain) -> bool:

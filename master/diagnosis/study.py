@@ -59,9 +59,12 @@ class Study:
         """Measured outputs, shape (rows, outputs)."""
         return self.bench.measured
 
-    def simulate(self, added: tuple[Added, ...], values: Mapping[str, float]) -> Array:
-        """Replay with effects and values by `fmu.variable`; shape (rows, outputs)."""
-        return self.bench.predict(self.pool.player(added), merged(self.system.values, values))
+    def simulate(
+        self, added: tuple[Added, ...], values: Mapping[str, float], *, everything: bool = False
+    ) -> Array:
+        """Replay with effects and values by `fmu.variable`; shape (rows, outputs), see `Bench.predict`."""
+        player = self.pool.player(added)
+        return self.bench.predict(player, merged(self.system.values, values), everything=everything)
 
     def candidate(self, extended: Extended, starts: Sequence[Mapping[str, float]] = ({},)) -> Candidate:
         """Base and effects as one model to fit."""
@@ -78,12 +81,12 @@ class Study:
         self,
         extended: Extended,
         starts: Sequence[Mapping[str, float]] = ({},),
-        evaluations: int = 12,
+        evaluations: int = 25,
         tolerance: float = 1e-5,
     ) -> Fit:
         """Fit base and effects together."""
         extended, starts = self._with_start_values(extended, starts)
-        return fit(
+        found = fit(
             self.candidate(extended, starts),
             self.measured,
             self.fit_rows,
@@ -91,6 +94,8 @@ class Study:
             evaluations=evaluations,
             tolerance=tolerance,
         )
+        values = dict(extended.fixed) | dict(found.values)
+        return replace(found, predicted=self.simulate(extended.added, values, everything=True))
 
     def _with_start_values(
         self, extended: Extended, starts: Sequence[Mapping[str, float]]
