@@ -57,10 +57,10 @@ class Link:
 
 
 class _Slave(Fmi2Slave):
-    def restart(self, start: Mapping[str, float | str]) -> None:
+    def restart(self, start: Mapping[str, float | str], t0: float) -> None:
         self._messages.clear()
         self._call(self._fmu.reset)
-        self.enter_initialisation(start, 0.0)
+        self.enter_initialisation(start, t0)
 
 
 def _play(layout, data, out, grid, clock):  # type: ignore[no-untyped-def]  # compiled
@@ -137,12 +137,17 @@ class Player:
         first, n = segment
         out = np.full((n // every + 1, len(self.names)), np.nan)
         try:
-            self._initialise(values, data[first])
+            self._initialise(values, data[first], first * step)
         except FmuError:
             return out
         out[0] = self.layout.table[self.layout.places]
         _compiled()(self.layout, data, out, (first, n, every), (first * step, step))
         return out
+
+    def last_message(self) -> str:
+        """What the FMUs said last, empty if nothing."""
+        said = [slave.last_message() for slave in self.slaves]
+        return next((message for message in said if message), "")
 
     def close(self) -> None:
         """Unload the FMUs."""
@@ -150,10 +155,10 @@ class Player:
             slave.close(failed=False)
         self.slaves = []
 
-    def _initialise(self, values: Mapping[str, Mapping[str, float | str]], row: Array) -> None:
+    def _initialise(self, values: Mapping[str, Mapping[str, float | str]], row: Array, t0: float) -> None:
         table = self.layout.table
         for fmu, slave, link in zip(self.layout.fmus, self.slaves, self.chain, strict=True):
-            slave.restart(values.get(link.name, {}))
+            slave.restart(values.get(link.name, {}), t0)
             for target, kind, source in self.layout.moves[fmu[MOVE] : fmu[END_MOVE]]:
                 table[target] = row[source] if kind == MEASURED else table[source]
             at = table.ctypes.data

@@ -48,7 +48,7 @@ class Ranked:
 
 @dataclass(frozen=True)
 class Round:
-    """One round: all that were fitted, best first; the family, its winner first; if the next round decided."""
+    """One round: all that were fitted, best first; the family, winner first; if the next round decided."""
 
     before: Fit
     ranked: tuple[Ranked, ...]

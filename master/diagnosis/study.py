@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from fmu_sources.effects.effect import Rms
 
+from ..errors import FmuError
 from .bench import Bench
 from .case import Case
 from .fitting import Candidate, Fit, Parameter, fit
@@ -135,12 +136,21 @@ class Study:
 
 
 def start(study: Study) -> Fit:
-    """Fit the base, first scaled by what was measured, then by what that leaves."""
+    """
+    Fit the base, first scaled by what was measured, then by what that leaves.
+
+    Raises:
+        FmuError: If an FMU cannot be replayed on what was measured.
+    """
     rows = study.fit_rows
     spread = study.measured[rows].std(axis=0)
     study.size = np.where(spread > 0.0, spread, 1.0)
     others = [{p.name: factor * p.start for p in study.base} for factor in (0.85, 1.2)] if study.base else []
     first = study.fitted(Extended(), [{}, *others], 30)
+    if not np.isfinite(first.predicted[study.bench.in_use]).all():
+        row = int(np.flatnonzero(~np.isfinite(first.predicted).all(axis=1))[0])
+        said = study.pool.player(()).last_message() or "no message"
+        raise FmuError(study.bench.part.fmus[0], f"the replay ends at row {row}: {said}")
     left = np.sqrt(np.nanmean((first.predicted - study.measured)[rows] ** 2, axis=0))
     study.size = np.maximum(left, 1e-9 * study.size)
     study.base = tuple(replace(p, scale=abs(first.values[p.name]) or p.scale) for p in study.base)
