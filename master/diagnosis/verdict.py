@@ -38,11 +38,18 @@ def sentence(diagnosis: Diagnosis) -> str:
         TRACED: f"Traced: {names}.",
         PARTLY: f"Partly traced: {names}; an undeclared remainder is left.",
         UNDECLARED: f"Undeclared: {_shape(main)}.",
-        UNTOLD: f"Cannot be told: {'; '.join(' or '.join(f) for f in main.families)}.",
+        UNTOLD: f"{_certain(main)}Cannot be told: {'; '.join(' or '.join(f) for f in main.families)}.",
         PARAMETERS: "Parameters only: the model holds with other numbers.",
         NOTHING: "Nothing missing: what is left hangs on none of the signals.",
     }
     return texts[kind]
+
+
+def _certain(main: PartResult) -> str:
+    """Effects that are beyond doubt beside those that are not."""
+    doubtful = {name for family in main.families for name in family}
+    names = [str(a) for a in main.chosen.added if str(a) not in doubtful]
+    return f"Traced: {' and '.join(names)}. " if names else ""
 
 
 def as_dict(diagnosis: Diagnosis, sealed: Mapping[str, SealedPart], files: list[str]) -> dict[str, Any]:
