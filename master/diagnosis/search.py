@@ -156,7 +156,7 @@ def _pruned(study: Study, chosen: Extended, found: Fit) -> tuple[Extended, Fit]:
 
 def _shortlist(tried: Sequence[Screened]) -> list[Screened]:
     best = tried[0].gain if tried else 0.0
-    least = max(SMALLEST_PROMISE, 0.05 * best)
+    least = max(SMALLEST_PROMISE, 0.1 * best)
     return [s for i, s in enumerate(tried[:LONGEST_LIST]) if s.gain >= least or i < FEWEST]
 
 

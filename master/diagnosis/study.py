@@ -20,6 +20,7 @@ from .tables import Array
 from .variants import Added, Pool
 
 Progress = Callable[[str], None]
+FEW_EVALUATIONS = 4
 
 
 @dataclass(frozen=True)
@@ -85,9 +86,19 @@ class Study:
         evaluations: int = 25,
         tolerance: float = 1e-5,
     ) -> Fit:
-        """Fit base and effects together."""
+        """Fit base and effects together; of several first guesses the best after a few steps goes on."""
         extended, starts = self._with_start_values(extended, starts)
-        found = fit(
+        if len(starts) > 1:
+            begun = [self._fit(extended, [guess], FEW_EVALUATIONS, tolerance) for guess in starts]
+            starts = [min(begun, key=lambda f: f.cost).values]
+        found = self._fit(extended, starts, evaluations, tolerance)
+        values = dict(extended.fixed) | dict(found.values)
+        return replace(found, predicted=self.simulate(extended.added, values, everything=True))
+
+    def _fit(
+        self, extended: Extended, starts: Sequence[Mapping[str, float]], evaluations: int, tolerance: float
+    ) -> Fit:
+        return fit(
             self.candidate(extended, starts),
             self.measured,
             self.fit_rows,
@@ -95,8 +106,6 @@ class Study:
             evaluations=evaluations,
             tolerance=tolerance,
         )
-        values = dict(extended.fixed) | dict(found.values)
-        return replace(found, predicted=self.simulate(extended.added, values, everything=True))
 
     def _with_start_values(
         self, extended: Extended, starts: Sequence[Mapping[str, float]]
