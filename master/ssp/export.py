@@ -20,6 +20,7 @@ from ..experiment import Experiment
 from ..graph import Instance, Wire
 from .names import COUPLING, SSC, SSD, SSV, STRUCTURE, ssc, ssd, ssv
 
+PARAMETER_SET = "initialValues"  # one name for all FMUs: tools choose a set by its name
 _DATE = (2026, 1, 1, 0, 0, 0)
 
 
@@ -145,7 +146,7 @@ def _units(root: ET.Element, experiment: Experiment) -> None:
 
 
 def _parameter_set(instance: Instance) -> ET.Element:
-    root = ET.Element(ssv("ParameterSet"), version="1.0", name=instance.name)
+    root = ET.Element(ssv("ParameterSet"), version="1.0", name=PARAMETER_SET)
     parameters = ET.SubElement(root, ssv("Parameters"))
     for key, value in instance.start.items():
         variable = instance.description.by_name[key]
