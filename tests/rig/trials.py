@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 import yaml
 
-sys.path.insert(0, str(Path(__file__).parents[1]))
+sys.path.append(str(Path(__file__).parents[1]))
 
 from master.diagnosis.case import load_case
 from master.diagnosis.pipeline import diagnose

@@ -15,7 +15,7 @@ from master.diagnosis.answer import answer
 from master.experiment import Request, prepare
 from master.simulation import simulate
 
-sys.path.insert(0, str(Path(__file__).parents[1]))
+sys.path.append(str(Path(__file__).parents[1]))
 
 from rig import Effects, record
 
