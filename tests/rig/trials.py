@@ -18,12 +18,12 @@ from pathlib import Path
 import numpy as np
 import yaml
 
-sys.path.append(str(Path(__file__).parents[1]))
-
 from master.diagnosis.case import load_case
 from master.diagnosis.pipeline import diagnose
 from master.diagnosis.sealed import sealed
 from master.diagnosis.verdict import subsystem, verdict
+
+sys.path.append(str(Path(__file__).parents[1]))
 from rig import SUBSYSTEM, UNLISTED, Effects, Plant, Recorder, record
 
 CASE = Path(__file__).parents[2] / "configs" / "measured" / "docking_rig.yaml"
