@@ -17,7 +17,7 @@ from .statistics import cross_correlations, ljung_box
 from .study import Extended, Study
 from .tables import Array
 
-N_GROUPS, N_BLOCKS = 8, 20
+N_GROUPS = 8
 LAGS = (0.01, 0.03, 0.1)
 SHAPES: dict[str, Callable[[Array], Array]] = {
     "abs": np.abs,
@@ -84,7 +84,7 @@ def ceiling_of(study: Study, left: Array, features: Mapping[str, Array]) -> Ceil
     lags = [max(1, round(lag / study.bench.row_period)) for lag in LAGS]
     use = study.bench.in_use & (study.fit_rows | _any(study))
     n = int(use.sum())
-    edges = [n * i // N_BLOCKS for i in range(N_BLOCKS + 1)]
+    edges = [n * i // N_GROUPS for i in range(N_GROUPS + 1)]
     parts = [slice(a, b) for a, b in itertools.pairwise(edges)]
     guard = round(0.1 / study.bench.row_period)
     return ceiling(left[use], history(features, lags)[use], parts, guard=guard)

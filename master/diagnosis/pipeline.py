@@ -128,6 +128,8 @@ def _named_or_learned(result: PartResult, found: Found, slots: list[str]) -> Par
     """Keep the names, or find that a law without a name explains it better."""
     study = result.study
     result = replace(result, found=found, chosen=found.extended, fit=found.fit)
+    if not found.extended.added and not _suspicious(result):
+        return result
     crowded = _crowded(found)
     if crowded:
         alone = learn(study, Extended(), found.base, crowded)
@@ -187,6 +189,12 @@ def _powers(study: Study, *fits: Fit) -> list[Array]:
 
 def _undeclared(result: PartResult, law: Learned) -> PartResult:
     return replace(result, learned=law, chosen=law.extended, fit=law.fit, is_named=False)
+
+
+def _suspicious(result: PartResult) -> bool:
+    """Whether the residual of the base looks as if something was missing."""
+    has_ceiling = result.ceiling is not None and result.ceiling.is_structure
+    return has_ceiling or any(not d.is_constant for d in result.drifts)
 
 
 def _parameters(result: PartResult) -> PartResult:

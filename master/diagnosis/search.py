@@ -173,16 +173,11 @@ def _round(study: Study, before: Fit, promising: Sequence[Screened], n_tried: in
 
 
 def is_accepted(found: Gain, n_tried: int) -> bool:
-    """
-    Whether a gain is worth it and not the luckiest of many tries (Bonferroni over the tries).
-
-    By the t-test or, as an effect may act in some blocks far more than in others, by Wilcoxon's ranks.
-    """
+    """Whether a gain is worth it and not the luckiest of many tries (Bonferroni over the tries)."""
     if not found.is_accepted:
         return False
-    by_mean = stats.t.sf(found.mean / found.error, len(found.by_block) - 1)
-    by_ranks = stats.wilcoxon(found.by_block, alternative="greater").pvalue
-    return bool(min(by_mean, by_ranks) * n_tried < ALPHA)
+    n = len(found.by_block)
+    return bool(stats.t.sf(found.mean / found.error, n - 1) * n_tried < ALPHA)
 
 
 def _family(study: Study, before: Fit, accepted: Sequence[Ranked]) -> list[Ranked]:
