@@ -21,7 +21,8 @@ from .tables import Array
 
 N_FEATURES, MOST_ROWS = 200, 3000
 LENGTH_SCALES = (0.7, 2.0, 6.0)
-RIDGES = (1e-3, 1e-1, 10.0)
+RIDGES = (1e-3, 1e-1, 10.0, 1e3, 1e5)
+N_INNER = 4
 GUARD = 200
 
 
@@ -104,15 +105,14 @@ def _pooled(residual: Array, explained: Array, blocks: Sequence[slice]) -> Ceili
 def _chosen(
     residual: Array, maps: Mapping[float, Array], others: Sequence[slice], guard: int, block: slice
 ) -> tuple[float, float]:
-    """Length scale and ridge that predict one of the other blocks best, from the rest."""
-    inner = others[len(others) // 2]
-    rows = _rows(len(residual), [block, inner], guard)
+    """Length scale and ridge that predict some of the other blocks best, from the rest."""
+    inner = others[:: max(1, len(others) // N_INNER)][:N_INNER]
+    rows = _rows(len(residual), [block, *inner], guard)
     best, chosen = np.inf, (LENGTH_SCALES[-1], RIDGES[-1])
     for scale, features in maps.items():
         found = _weights(features[rows], residual[rows], RIDGES)
         for ridge, weights in zip(RIDGES, found, strict=True):
-            left = residual[inner] - features[inner] @ weights
-            power = float(left @ left)
+            power = sum(float(np.sum((residual[b] - features[b] @ weights) ** 2)) for b in inner)
             if power < best:
                 best, chosen = power, (scale, ridge)
     return chosen

@@ -191,7 +191,7 @@ def _family(study: Study, before: Fit, accepted: Sequence[Ranked]) -> list[Ranke
     for r in rivals:
         if not any(k.n_parameters < r.n_parameters and _same(study, before, k, r) for k in kept):
             kept.append(r)
-    return kept
+    return sorted(kept, key=lambda r: -r.gain.mean)
 
 
 def _widened(study: Study, step: Round) -> Round:
