@@ -12,8 +12,8 @@ from ring_model import MODEL
 
 from fmu_sources.export.native import generate
 from fmu_sources.export.native_flavour import NativeSources, host_binaries, pack_native
-from master.description import Kind
 from master.experiment import Experiment, prepare
+from master.fmi.description import Kind
 
 PROJECT = Path(__file__).parents[1]
 BUILD = PROJECT / "build" / "benchmarks"

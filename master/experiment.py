@@ -13,16 +13,16 @@ from typing import Any
 from yaml import YAMLError
 
 from . import catalogue
-from .config import Config, LoadedConfig, Value, load_config, with_stop_time
-from .description import Description, read_description
+from .coupling.ledger import Ledger, make_ledger
+from .coupling.schedule import Schedule, make_schedule
 from .errors import ConfigError, expected
-from .graph import System, build_system
-from .ledger import Ledger, make_ledger
-from .scenario import Scenario, make_scenario
-from .schedule import Schedule, make_schedule
+from .fmi.description import Description, read_description
 from .simulation import Grid
 from .ssp.reader import read_ssp
-from .yaml_lines import parse_value
+from .stepping.scenario import Scenario, make_scenario
+from .system.config import Config, LoadedConfig, Value, load_config, with_stop_time
+from .system.graph import System, build_system
+from .system.yaml_lines import parse_value
 
 DIVERGENCE_FACTOR = 100.0
 

@@ -4,16 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from . import calls, stepping
-from .description import Description
+from .coupling.schedule import Schedule
 from .errors import FmuError
-from .fmi2 import Fmi2Slave
-from .fmi3 import Fmi3Slave
-from .folders import require_binary
-from .graph import System
-from .initialisation import initialise
-from .program import Program
-from .run_loop import (
+from .fmi.description import Description
+from .fmi.fmi2 import Fmi2Slave
+from .fmi.fmi3 import Fmi3Slave
+from .fmi.folders import require_binary
+from .fmi.slave import Slave
+from .stepping import calls
+from .stepping.initialisation import initialise
+from .stepping.loop import compiled as compiled_execute
+from .stepping.loop import execute
+from .stepping.program import Program
+from .stepping.run_loop import (
     COMPLETED,
     DIVERGED,
     FAILED,
@@ -25,9 +28,8 @@ from .run_loop import (
     RunLoop,
     RunOptions,
 )
-from .schedule import Schedule
-from .slave import Slave
-from .translation import build_program
+from .stepping.translation import build_program
+from .system.graph import System
 
 __all__ = [
     "COMPLETED",
@@ -89,7 +91,7 @@ def simulate(
         initialise(system, schedule, slaves, grid.t0)
         program = build_program(system, schedule, slaves, options.scenario.channels())
         loop = RunLoop(system, grid, program, slaves, options)
-        outcome = loop.run(stepping.compiled() if compiled else stepping.execute, progress)
+        outcome = loop.run(compiled_execute() if compiled else execute, progress)
         if outcome.error is not None:
             failed.add(outcome.error.instance)
         _free_states(program, slaves, failed)

@@ -13,16 +13,16 @@ from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
-from master.config import Config, LoadedConfig
-from master.description import DeclaredDelay, Description, Kind, Variable
-from master.graph import System, build_system
-from master.ledger import Ledger, make_ledger
-from master.schedule import Schedule, make_schedule
+from master.coupling.ledger import Ledger, make_ledger
+from master.coupling.schedule import Schedule, make_schedule
+from master.fmi.description import DeclaredDelay, Description, Kind, Variable
+from master.fmi.slave import CInterface
+from master.fmi.units import Unit
+from master.fmi.value_types import BOOLEAN, FLOAT32, FLOAT64, INT32, INT64, INT_BOOLEAN, UINT8
 from master.simulation import Grid, Outcome, RunOptions, simulate
-from master.slave import CInterface
-from master.units import Unit
-from master.value_types import BOOLEAN, FLOAT32, FLOAT64, INT32, INT64, INT_BOOLEAN, UINT8
-from master.yaml_lines import Document
+from master.system.config import Config, LoadedConfig
+from master.system.graph import System, build_system
+from master.system.yaml_lines import Document
 
 Law = Callable[[float, float, dict[str, float]], Mapping[str, float]]
 OK, WARNING, DISCARD, ERROR, FATAL = range(5)

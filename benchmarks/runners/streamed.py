@@ -9,7 +9,7 @@ import tempfile
 from pathlib import Path
 
 from master.experiment import Request, prepare
-from master.results import ResultFiles
+from master.results.files import ResultFiles
 from master.simulation import RunOptions, simulate
 
 KEPT_ROWS = 10_000

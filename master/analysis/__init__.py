@@ -1,0 +1,1 @@
+"""The coupled system as it is scheduled, linearised: poles, margins, stability maps."""

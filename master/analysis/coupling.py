@@ -17,8 +17,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..graph import System, Wire
-from ..schedule import Schedule
+from ..coupling.schedule import Schedule
+from ..system.graph import System, Wire
 from .realisation import StateSpace
 
 Floats = NDArray[np.float64]

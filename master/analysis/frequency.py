@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..graph import Wire
+from ..system.graph import Wire
 from .coupling import Coupled
 from .realisation import StateSpace
 

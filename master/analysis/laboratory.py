@@ -6,11 +6,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from ..description import Kind
 from ..experiment import Experiment
-from ..graph import Instance, System
+from ..fmi.description import Kind
 from ..simulation import Grid, SlaveFactory, load, simulate
-from ..values import parse
+from ..system.graph import Instance, System
+from ..system.values import parse
 from .coupling import Coupled, Part
 from .realisation import StateSpace, realise
 from .responses import Question, measure, real, start_variables

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from ..graph import Wire
+from ..system.graph import Wire
 from .coupling import Coupled, Opened
 from .poles import growth_rate
 

@@ -22,11 +22,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..config import Compare
 from ..errors import ConfigError, expected
 from ..experiment import Experiment
-from ..graph import Wire
 from ..simulation import SlaveFactory, load
+from ..system.config import Compare
+from ..system.graph import Wire
 from .frequency import response_from
 from .laboratory import Laboratory, changed
 

@@ -17,10 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from ..description import Description
 from ..errors import ConfigError, expected
-from ..graph import Instance
+from ..fmi.description import Description
 from ..simulation import SlaveFactory, load
+from ..system.graph import Instance
 from .frequency import response
 from .realisation import StateSpace, realise
 from .responses import Question, measure

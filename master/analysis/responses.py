@@ -16,13 +16,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import calls, stepping
-from ..description import Description, Kind, Variable
+from ..coupling.schedule import Schedule
 from ..errors import FmuError
-from ..graph import Instance, Port, System
-from ..schedule import Schedule
+from ..fmi.description import Description, Kind, Variable
 from ..simulation import SlaveFactory
-from ..translation import build_program
+from ..stepping import calls, loop
+from ..stepping.translation import build_program
+from ..system.graph import Instance, Port, System
 
 Floats = NDArray[np.float64]
 
@@ -158,11 +158,11 @@ class _Bench:
         """Step; give one row of outputs for each step."""
         rows = np.empty((end - begin, len(self.record)))
         n = len(self.record)
-        watch = stepping.Watch(self.record, np.full(n, np.inf), np.zeros((0, 2), np.int64), np.zeros((0, 2)))
+        watch = loop.Watch(self.record, np.full(n, np.inf), np.zeros((0, 2), np.int64), np.zeros((0, 2)))
         grid = (self.question.t0, self.question.step_size)
-        outcome, done, _, _ = stepping.compiled()(self.program.memory, watch, grid, (begin, end), rows)
-        if outcome != stepping.DONE:
-            self.failed = outcome == stepping.FAILED
+        outcome, done, _, _ = loop.compiled()(self.program.memory, watch, grid, (begin, end), rows)
+        if outcome != loop.DONE:
+            self.failed = outcome == loop.FAILED
             message = self.slave.last_message() or "its outputs are not finite"
             at = grid[0] + (begin + done) * grid[1]
             raise FmuError(self.question.instance.name, message, time=at)
@@ -170,7 +170,7 @@ class _Bench:
 
     def _state_call(self, name: str, argument: int) -> None:
         interface = self.slave.interface()
-        if calls.state(getattr(interface, name), interface.component, argument) > stepping.WARNING:
+        if calls.state(getattr(interface, name), interface.component, argument) > loop.WARNING:
             self.failed = True
             message = self.slave.last_message() or "its state cannot be saved and set"
             raise FmuError(self.question.instance.name, message)

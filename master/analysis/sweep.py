@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from ..description import Kind
 from ..errors import ConfigError, expected
-from ..graph import System, Wire
+from ..fmi.description import Kind
+from ..system.graph import System, Wire
 from .laboratory import Laboratory
 from .margins import margin
 from .poles import growth_rate

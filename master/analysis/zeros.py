@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from scipy.linalg import eig
 
-from ..graph import Wire
+from ..system.graph import Wire
 from .coupling import Coupled
 from .poles import SMALLEST_MODULUS, Pole
 

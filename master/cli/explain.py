@@ -7,9 +7,9 @@ from typing import Any
 
 import click
 
-from ..algebraic import algebraic_loops
+from ..coupling.algebraic import algebraic_loops
+from ..coupling.ledger import Entry, Ledger
 from ..experiment import Experiment, Request, prepare
-from ..ledger import Entry, Ledger
 from .common import CONFIG, FLAVOUR, JSON, SET, VARIANT, answers_errors, print_json, show_building
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from .. import catalogue
 from ..analysis.plant import AXES, CONFIGURED, TABULATED, Fit, fit, judge
 from ..analysis.plant import linearise as realised
-from ..description import read_description
+from ..fmi.description import read_description
 from .common import FLAVOUR, JSON, answers_errors, print_json, show_building
 
 

@@ -14,9 +14,9 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from .. import simulation
 from ..errors import EXIT_DIVERGED, EXIT_FMU
 from ..experiment import Experiment, Request, prepare
-from ..pacing import CONTINUE, STOP, Pacer
-from ..report import Report, save_run, summary_lines
-from ..results import ResultFiles
+from ..results.files import ResultFiles
+from ..results.report import Report, save_run, summary_lines
+from ..stepping.pacing import CONTINUE, STOP, Pacer
 from .common import CONFIG, FLAVOUR, JSON, SET, STDERR, VARIANT, answers_errors, print_json, show_building
 
 _EXIT = {

@@ -9,9 +9,9 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, ValidationError, model_validator
 
-from ..config import FmuEntry, LoadedConfig, Part, Signal
 from ..errors import ConfigError, expected
-from ..yaml_lines import Document, read_yaml
+from ..system.config import FmuEntry, LoadedConfig, Part, Signal
+from ..system.yaml_lines import Document, read_yaml
 from .split import PARTS
 
 DATA = "DOCKLOOP_DATA"

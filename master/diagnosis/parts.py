@@ -16,12 +16,12 @@ from fmu_sources.composition import all_slots
 from fmu_sources.model import Model, Slot
 
 from .. import catalogue
-from ..config import Config, LoadedConfig, load_config
-from ..description import Description, read_description
+from ..coupling.schedule import make_schedule
 from ..errors import ConfigError, expected
-from ..graph import System, build_system
-from ..schedule import make_schedule
-from ..values import parse
+from ..fmi.description import Description, read_description
+from ..system.config import Config, LoadedConfig, load_config
+from ..system.graph import System, build_system
+from ..system.values import parse
 from .case import LoadedCase
 from .unit_names import unit
 

@@ -1,8 +1,8 @@
 """
 Replay at the speed of C: a chain of FMUs is stepped over arrays of measured inputs.
 
-The functions of the FMUs are called by address from one compiled loop, as in `master/stepping.py`, but the
-inputs come from a table and the outputs go to one: a replay of 10 000 steps takes some 10 ms.
+The functions of the FMUs are called by address from one compiled loop, as in `master/stepping/loop.py`, but
+the inputs come from a table and the outputs go to one: a replay of 10 000 steps takes some 10 ms.
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import calls
-from ..description import Description, Kind, Variable
 from ..errors import ConfigError, FmuError
-from ..fmi2 import Fmi2Slave
-from ..value_types import FLOAT64
+from ..fmi.description import Description, Kind, Variable
+from ..fmi.fmi2 import Fmi2Slave
+from ..fmi.value_types import FLOAT64
+from ..stepping import calls
 from .tables import Array
 
 Integers = NDArray[np.int64]

@@ -17,8 +17,8 @@ from fmu_sources.export import build
 from fmu_sources.export.native import NativeBuildError
 
 from .. import catalogue
-from ..description import read_description
 from ..errors import ConfigError
+from ..fmi.description import read_description
 from .fitting import Parameter
 from .parts import CutSystem, Part
 from .player import Link, Player

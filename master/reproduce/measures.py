@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..experiment import Experiment
-from ..metrics import NAMES, Metrics, compute_metrics
-from ..modes import Mode, dominant_mode, project
-from ..recorder import Result
+from ..results.metrics import NAMES, Metrics, compute_metrics
+from ..results.modes import Mode, dominant_mode, project
+from ..results.recorder import Result
 from . import contact
 from .poles import cancellation, judged
 

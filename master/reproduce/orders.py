@@ -16,10 +16,10 @@ from numpy.linalg import eigvals
 from ..analysis.coupling import Coupled
 from ..analysis.laboratory import Laboratory
 from ..analysis.poles import Pole, dominant, poles
-from ..config import IteratedGroup
+from ..coupling.ledger import make_ledger, steps_of
+from ..coupling.schedule import Schedule, make_schedule
 from ..experiment import Experiment
-from ..ledger import make_ledger, steps_of
-from ..schedule import Schedule, make_schedule
+from ..system.config import IteratedGroup
 from .cases import EXACT, LINEAR, run_of
 from .poles import without_ideal
 from .runs import experiment_of

@@ -20,8 +20,8 @@ from ..analysis.coupling import Coupled
 from ..analysis.laboratory import Laboratory
 from ..analysis.poles import Pole, dominant, growth_rate, nearest, poles
 from ..experiment import Experiment
-from ..graph import Wire
-from ..units import conversion
+from ..fmi.units import conversion
+from ..system.graph import Wire
 
 Complexes = NDArray[np.complex128]
 

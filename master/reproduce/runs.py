@@ -13,12 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..catalogue import Progress, silent
+from ..coupling.schedule import make_schedule
 from ..errors import ConfigError
 from ..experiment import Experiment, Request, prepare
-from ..graph import System
-from ..schedule import make_schedule
 from ..simulation import RunOptions, simulate
-from ..values import parse
+from ..system.graph import System
+from ..system.values import parse
 from .measures import MEASURES, Trace
 
 Floats = NDArray[np.float64]

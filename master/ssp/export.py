@@ -15,9 +15,9 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as ET
 
-from ..description import Kind, Variable
 from ..experiment import Experiment
-from ..graph import Instance, Wire
+from ..fmi.description import Kind, Variable
+from ..system.graph import Instance, Wire
 from .names import COUPLING, SSC, SSD, SSV, STRUCTURE, ssc, ssd, ssv
 
 PARAMETER_SET = "initialValues"  # one name for all FMUs: tools choose a set by its name

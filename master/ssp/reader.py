@@ -10,9 +10,9 @@ from xml.etree import ElementTree as ET
 
 from pydantic import ValidationError
 
-from ..config import Config, LoadedConfig
 from ..errors import ConfigError
-from ..yaml_lines import Document
+from ..system.config import Config, LoadedConfig
+from ..system.yaml_lines import Document
 from .names import COUPLING, STRUCTURE, ssc, ssd, ssv
 
 _DEFAULT_STEP = 1e-3

@@ -5,9 +5,9 @@ import pytest
 import yaml
 from build import FOLDERS, TYPES_3, compile_c, describe_2, describe_3, write_fmu
 
-from master.description import read_description
 from master.errors import ConfigError, FmuError
 from master.experiment import prepare
+from master.fmi.description import read_description
 from master.simulation import simulate
 
 pytestmark = [

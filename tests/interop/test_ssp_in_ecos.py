@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from master.coupling.schedule import Schedule
 from master.experiment import Request, prepare
-from master.schedule import Schedule
 from master.simulation import simulate
 from master.ssp.export import write_ssp
 

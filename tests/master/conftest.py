@@ -26,8 +26,8 @@ from stubs import (
 )
 
 from master import experiment, simulation
-from master.description import Kind
 from master.errors import ConfigError
+from master.fmi.description import Kind
 
 CHOICE = {"kind": Kind.INTEGER, "variability": "fixed", "items": {"first": 1, "second": 2}, "start": "1"}
 BOUNDED = {"minimum": 0.0, "maximum": 10.0, "unit": METRE, "variability": "tunable"}

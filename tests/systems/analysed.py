@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 from master.analysis.summary import analyse
 from master.experiment import Request, prepare
-from master.metrics import compute_metrics
+from master.results.metrics import compute_metrics
 from master.simulation import RunOptions, simulate
 
 CONFIGS = Path(__file__).parents[2] / "configs"

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from master.experiment import Request, prepare
-from master.metrics import compute_metrics
+from master.results.metrics import compute_metrics
 from master.simulation import RunOptions, simulate
 
 CONFIGS = Path(__file__).parents[2] / "configs"

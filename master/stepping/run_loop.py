@@ -1,0 +1,221 @@
+"""The run itself: chunks of ticks through the stepping loop, and between them all that Python does."""
+
+from __future__ import annotations
+
+import signal
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from ..errors import FmuError
+from ..fmi.fmu import STATUS
+from ..fmi.slave import Slave
+from ..results.recorder import Recorder, Result, Sink
+from ..system.graph import Port, System
+from . import loop
+from .pacing import Pacer
+from .program import Program
+from .scenario import Director, Scenario
+
+COMPLETED, DIVERGED, FAILED, INTERRUPTED, OVERRUN = (
+    "completed",
+    "diverged",
+    "failed",
+    "interrupted",
+    "overrun",
+)
+
+_CHUNK_SECONDS = 0.1
+_FIRST_CHUNK = 64
+_TIME_TOLERANCE = 1e-9
+
+Execute = Callable[..., tuple[int, int, int, int]]
+ProgressCallback = Callable[[int], None]
+
+
+@dataclass(frozen=True)
+class Grid:
+    """The time grid: tick k goes from t0 + k h to t0 + (k+1) h [s]."""
+
+    t0: float
+    step_size: float
+    n_ticks: int
+
+    def time(self, tick: int) -> float:
+        """Start of a tick [s], computed without accumulation."""
+        return self.t0 + tick * self.step_size
+
+
+@dataclass(frozen=True)
+class RunOptions:
+    """
+    What a run does beside stepping.
+
+    `limits`: largest magnitude by signal, beyond which the run has diverged. `scenario`: events.
+    `pacer`: real time. `sink`: where all rows go; then every `keep_every`-th stays in memory.
+    """
+
+    limits: Mapping[str, float] = field(default_factory=dict)
+    scenario: Scenario = field(default_factory=Scenario)
+    pacer: Pacer | None = None
+    sink: Sink | None = None
+    keep_every: int = 1
+
+
+@dataclass
+class Outcome:
+    """How a run ended and what it computed; `error` says why if it failed, `cause` why it diverged."""
+
+    status: str
+    result: Result
+    seconds: float
+    steps: int
+    error: FmuError | None = None
+    cause: str = ""
+    real_time: dict[str, Any] | None = None
+
+
+class RunLoop:
+    """One run over the grid; the slaves are initialised."""
+
+    def __init__(
+        self, system: System, grid: Grid, program: Program, slaves: Mapping[str, Slave], options: RunOptions
+    ) -> None:
+        self.system, self.grid, self.program, self.slaves = system, grid, program, slaves
+        self.options = options
+        self.ports = [Port(n, v) for n, i in system.instances.items() for v in i.description.outputs]
+        self.recorder = Recorder(
+            self.ports, grid.t0, grid.step_size, options.keep_every, options.sink, grid.n_ticks + 1
+        )
+        self.director = Director(options.scenario, system, program, slaves)
+        self.watch = self._make_watch()
+        self.seconds = 0.0
+        self.done = 0
+
+    def run(self, execute: Execute, progress: ProgressCallback) -> Outcome:
+        """Execute all ticks; the outcome says how it ended."""
+        self._read_initial_values()
+        self._execute(execute, 0)
+        self.seconds = 0.0
+        pacer, chunk = self.options.pacer, _FIRST_CHUNK
+        if pacer is not None:
+            pacer.begin()
+        with _interruptible() as interrupted:
+            while self.done < self.grid.n_ticks:
+                if interrupted():
+                    return self._outcome(INTERRUPTED)
+                self.director.advance(self.grid.time(self.done) + _TIME_TOLERANCE)
+                if pacer is not None:
+                    pacer.wait(self.done, self.grid.step_size)
+                    chunk = 1
+                n, before = self._chunk(chunk), self.seconds
+                ended = self._ended(*self._execute(execute, n))
+                progress(n)
+                if ended is not None:
+                    return ended
+                if pacer is not None and not pacer.done(self.done - 1, self.grid.step_size):
+                    return self._outcome(OVERRUN, cause=f"tick {self.done - 1} was not done in time")
+                share = _CHUNK_SECONDS / max(self.seconds - before, 1e-9)
+                chunk = max(1, min(4 * chunk, int(n * share)))
+        return self._outcome(COMPLETED)
+
+    def _chunk(self, wanted: int) -> int:
+        """Number of ticks until the next event of the scenario, the end of the run, or as wanted."""
+        left = self.director.next_time() - self.grid.time(self.done)
+        until_event = np.ceil(left / self.grid.step_size - _TIME_TOLERANCE)
+        return int(max(1, min(wanted, self.grid.n_ticks - self.done, until_event)))
+
+    def _execute(self, execute: Execute, n: int) -> tuple[int, int, int]:
+        rows = self.recorder.room(n)
+        grid, ticks = (self.grid.t0, self.grid.step_size), (self.done, self.done + n)
+        begin = time.perf_counter()
+        outcome, complete, where, status = execute(self.program.memory, self.watch, grid, ticks, rows)
+        self.seconds += time.perf_counter() - begin
+        if complete:
+            self.recorder.add(rows[:complete])
+        self.done += complete
+        return outcome, where, status
+
+    def _ended(self, outcome: int, where: int, status: int) -> Outcome | None:
+        if outcome == loop.FAILED:
+            return self._failed(where, status)
+        if outcome == loop.NOT_CONVERGED:
+            return self._not_converged(where)
+        if outcome == loop.OUT_OF_LIMITS:
+            return self._diverged(where)
+        if outcome == loop.TRIGGERED:
+            self.director.fire(where, self.grid.time(self.done))
+        return None
+
+    def _outcome(self, status: str, **more: Any) -> Outcome:
+        real_time = None if self.options.pacer is None else self.options.pacer.report()
+        result = self.recorder.result()
+        return Outcome(status, result, self.seconds, self.done, real_time=real_time, **more)
+
+    def _diverged(self, where: int) -> Outcome:
+        port, bound = self.ports[where], self.watch.limits[where]
+        value, unit = self.program.values[self.watch.record[where]], port.variable.unit_name
+        cause = f"{port.name}: got {value:.6g} {unit}, expected a magnitude of at most {bound:.6g} {unit}"
+        return self._outcome(DIVERGED, cause=cause)
+
+    def _failed(self, operation: int, status: int) -> Outcome:
+        instance = self.program.instance_of(operation)
+        name = STATUS[status] if 0 <= status < len(STATUS) else str(status)
+        message = self.slaves[instance].last_message() or f"answered with status {name}"
+        error = FmuError(instance, message, time=self.grid.time(self.done), status=name)
+        return self._outcome(FAILED, error=error)
+
+    def _not_converged(self, row: int) -> Outcome:
+        memory = self.program.memory
+        source, target, c = memory.residuals[row]
+        sent = memory.conversions[c, 0] * memory.values[source] + memory.conversions[c, 1]
+        residual = abs(sent - memory.values[target])
+        wire = self.program.loop_wires[row]
+        message = (
+            f"the iteration over {wire} does not converge, got a residual of {residual:.3g}, "
+            f"expected at most {memory.tolerances[row]:.3g}"
+        )
+        error = FmuError(wire.partition(".")[0], message, time=self.grid.time(self.done))
+        return self._outcome(FAILED, error=error)
+
+    def _make_watch(self) -> loop.Watch:
+        names = [p.name for p in self.ports]
+        triggers, thresholds = self.director.triggers()
+        return loop.Watch(
+            record=np.array([self.program.place[n] for n in names], dtype=np.int64),
+            limits=np.array([self.options.limits.get(n, np.inf) for n in names], dtype=np.float64),
+            triggers=triggers,
+            thresholds=thresholds,
+        )
+
+    def _read_initial_values(self) -> None:
+        """Row 0, and what older values are held at until their first ones arrive."""
+        values, place = self.program.values, self.program.place
+        for name, instance in self.system.instances.items():
+            outputs = instance.description.outputs
+            for v, value in zip(outputs, self.slaves[name].get(outputs), strict=True):
+                values[place[Port(name, v).name]] = value
+        for wire in self.system.wires:
+            source = values[place[wire.source.name]]
+            values[place[wire.target.name]] = wire.conversion.factor * source + wire.conversion.offset
+        self.program.fill_rings()
+        self.recorder.add(values[self.watch.record][None, :])
+
+
+@contextmanager
+def _interruptible() -> Iterator[Callable[[], bool]]:
+    """Note Ctrl-C instead of raising it inside an FMU; outside the main thread nothing is changed."""
+    seen: list[int] = []
+    try:
+        previous = signal.signal(signal.SIGINT, lambda *what: seen.append(what[0]))
+    except ValueError:
+        yield lambda: False
+        return
+    try:
+        yield lambda: bool(seen)
+    finally:
+        signal.signal(signal.SIGINT, previous)

@@ -1,0 +1,225 @@
+"""From a schedule to the flat program: which operations, in which order, on which cells."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..coupling.schedule import Iteration, Schedule
+from ..fmi.arrays import completed
+from ..fmi.description import Kind, Variable
+from ..fmi.slave import Slave
+from ..system.graph import Port, System, Wire
+from .program import (
+    CHANNEL,
+    CHECK,
+    COPY,
+    EXTRAPOLATE,
+    GET,
+    HELD,
+    KEEP,
+    RESTORE,
+    SAVE,
+    SET,
+    STEP,
+    Memory,
+    Program,
+)
+
+Channels = Mapping[str, int]
+
+
+def build_program(
+    system: System, schedule: Schedule, slaves: Mapping[str, Slave], channels: Channels | None = None
+) -> Program:
+    """
+    Translate a schedule into the program of one tick.
+
+    Args:
+        system: The graph.
+        schedule: Groups and rates.
+        slaves: Their interfaces give the addresses.
+        channels: Connected inputs under a scenario, with the longest delay [ticks] it may give them.
+    """
+    return _Translator(system, schedule, slaves, channels or {}).build()
+
+
+class _Translator:
+    def __init__(
+        self, system: System, schedule: Schedule, slaves: Mapping[str, Slave], channels: Channels
+    ) -> None:
+        self.system, self.schedule, self.channels = system, schedule, channels
+        self.names = list(system.instances)
+        self.interfaces = {name: slaves[name].interface() for name in self.names}
+        self.operations: list[list[int]] = []
+        self.blocks: list[list[int]] = []
+        self.conversions: list[tuple[float, float]] = []
+        self.references: list[NDArray[np.uint32]] = []
+        self.loops: list[list[int]] = []
+        self.residuals: list[list[int]] = []
+        self.tolerances: list[float] = []
+        self.loop_wires: list[str] = []
+        self.channel_of: dict[str, int] = {}
+        self.n_cells = 0
+        self.place: dict[str, int] = {}
+        self.setters: dict[str, list[list[int]]] = {}
+        self.getters: dict[str, list[list[int]]] = {}
+
+    def build(self) -> Program:
+        self._allocate()
+        for i, group in enumerate(self.schedule.groups):
+            if i in self.schedule.iterations:
+                self._iterate(group, self.schedule.iterations[i])
+            else:
+                self._side_by_side(group)
+        return Program(
+            memory=self._memory(),
+            place=self.place,
+            names=self.names,
+            loop_wires=self.loop_wires,
+            channel_of=self.channel_of,
+            keep_alive=self.references,
+        )
+
+    def _memory(self) -> Memory:
+        interfaces = [self.interfaces[name] for name in self.names]
+        return Memory(
+            operations=_table(self.operations, 6),
+            blocks=_table(self.blocks, 5),
+            slaves=_table([[i.component, i.version] for i in interfaces], 2),
+            conversions=np.array(self.conversions, dtype=np.float64).reshape(-1, 2),
+            values=self._start_values(),
+            rings=np.zeros(self.n_cells),
+            states=np.zeros(len(self.names), dtype=np.int64),
+            loops=_table(self.loops, 5),
+            residuals=_table(self.residuals, 3),
+            tolerances=np.array(self.tolerances, dtype=np.float64),
+            channels=np.zeros((len(self.channel_of), HELD + 1)),
+        )
+
+    def _start_values(self) -> NDArray[np.float64]:
+        """Elements of an array that no wire sets keep their start value."""
+        values = np.zeros(len(self.place))
+        for name, instance in self.system.instances.items():
+            for v in instance.description.variables:
+                if v.element is not None and v.causality == "input" and f"{name}.{v.name}" in self.place:
+                    values[self.place[f"{name}.{v.name}"]] = float(instance.value_of(v.name) or 0.0)
+        return values
+
+    def _allocate(self) -> None:
+        for i, name in enumerate(self.names):
+            interface = self.interfaces[name]
+            inputs = [w.target.variable for w in self.system.wires_into(name)]
+            outputs = self.system.instances[name].description.outputs
+            self.setters[name] = [[i, interface.setters[k, t], b] for k, t, b in self._blocks(name, inputs)]
+            self.getters[name] = [[i, interface.getters[k, t], b] for k, t, b in self._blocks(name, outputs)]
+
+    def _blocks(self, instance: str, variables: Sequence[Variable]) -> list[tuple[Kind, int, int]]:
+        """One block for the scalars of each type and one for each array."""
+        whole = completed(variables, self.system.instances[instance].description.variables)
+        groups: dict[tuple[Kind, int, int | None], list[Variable]] = {}
+        for v in whole:
+            array = None if v.element is None else v.reference
+            groups.setdefault((v.kind, v.value_type, array), []).append(v)
+        return [
+            (kind, value_type, self._block(instance, value_type, chosen))
+            for (kind, value_type, _), chosen in groups.items()
+        ]
+
+    def _block(self, instance: str, value_type: int, chosen: Sequence[Variable]) -> int:
+        references = np.array(list(dict.fromkeys(v.reference for v in chosen)), dtype=np.uint32)
+        self.references.append(references)
+        place = len(self.place)
+        self.blocks.append([references.ctypes.data, len(references), place, value_type, len(chosen)])
+        for v in chosen:
+            self.place[Port(instance, v).name] = len(self.place)
+        return len(self.blocks) - 1
+
+    def _side_by_side(self, group: Sequence[str]) -> None:
+        for name in group:
+            for wire in self.system.wires_into(name):
+                self._transfer(wire)
+        for name in group:
+            self._step(name)
+
+    def _iterate(self, group: Sequence[str], iteration: Iteration) -> None:
+        """Save all members; then restore, step one after the other, and check the wires among them."""
+        inner = [w for name in group for w in self.system.wires_into(name) if _is_inner(w, group)]
+        for name in group:
+            for wire in self.system.wires_into(name):
+                if wire not in inner:
+                    self._transfer(wire)
+        every = self.schedule.every[group[0]]
+        for name in group:
+            self._add(SAVE, every, self.names.index(name), self.interfaces[name].get_state)
+        back = len(self.operations)
+        for name in group:
+            self._add(RESTORE, every, self.names.index(name), self.interfaces[name].set_state)
+        for name in group:
+            for wire in inner:
+                if wire.target.instance == name:
+                    self._transfer(wire)
+            self._step(name)
+        self._check(inner, iteration, back, every)
+
+    def _check(self, inner: Sequence[Wire], iteration: Iteration, back: int, every: int) -> None:
+        first = len(self.residuals)
+        for wire in inner:
+            source, target = self.place[wire.source.name], self.place[wire.target.name]
+            self.residuals.append([source, target, self._conversion(wire)])
+            tolerance = iteration.tolerance if wire.tolerance is None else wire.tolerance
+            self.tolerances.append(tolerance * (wire.target.variable.nominal or 1.0))
+            self.loop_wires.append(f"{wire.source.name} -> {wire.target.name}")
+        self._add(CHECK, every, len(self.loops))
+        self.loops.append([back, first, len(self.residuals), iteration.maximum, 0])
+
+    def _transfer(self, wire: Wire) -> None:
+        has_channel = wire.target.name in self.channels
+        every = 1 if has_channel else self.schedule.every[wire.target.instance]
+        source, target = self.place[wire.source.name], self.place[wire.target.name]
+        if wire.delay:
+            self._add(KEEP, 1, source, target, self._cells(wire.delay), wire.delay)
+            source, every = target, 1
+        if not (wire.delay and wire.conversion.is_identity):
+            self._add(COPY, every, source, target, self._conversion(wire))
+        if has_channel:
+            self._channel(wire.target.name, target)
+        if wire.extrapolation:
+            self._add(EXTRAPOLATE, every, target, wire.extrapolation, self._cells(wire.extrapolation))
+
+    def _channel(self, name: str, target: int) -> None:
+        n = self.channels[name] + 1
+        self.channel_of[name] = len(self.channel_of)
+        self._add(CHANNEL, 1, target, self.channel_of[name], self._cells(n), n)
+
+    def _cells(self, n: int) -> int:
+        first = self.n_cells
+        self.n_cells += n
+        return first
+
+    def _conversion(self, wire: Wire) -> int:
+        pair = (wire.conversion.factor, wire.conversion.offset)
+        if pair not in self.conversions:
+            self.conversions.append(pair)
+        return self.conversions.index(pair)
+
+    def _step(self, instance: str) -> None:
+        every = self.schedule.every[instance]
+        for setter in self.setters[instance]:
+            self._add(SET, every, *setter)
+        self._add(STEP, every, self.names.index(instance), self.interfaces[instance].do_step)
+        for getter in self.getters[instance]:
+            self._add(GET, every, *getter)
+
+    def _add(self, code: int, every: int, *arguments: int) -> None:
+        self.operations.append([code, every, *arguments, *[0] * (4 - len(arguments))])
+
+
+def _is_inner(wire: Wire, group: Sequence[str]) -> bool:
+    return wire.source.instance in group and not wire.delay
+
+
+def _table(rows: list[list[int]], width: int) -> NDArray[np.int64]:
+    return np.array(rows, dtype=np.int64).reshape(-1, width)

@@ -1,0 +1,52 @@
+import numpy as np
+import pytest
+from numba import njit
+
+from master.fmi.value_types import INT_BOOLEAN, LARGEST_SIZE, NAMES, pack, unpack
+
+_pack = njit(pack)
+_unpack = njit(unpack)
+FORMS = pytest.mark.parametrize("form", [(pack, unpack), (_pack, _unpack)], ids=["python", "compiled"])
+
+
+def packed(form, kind, *values):
+    scratch = np.zeros(LARGEST_SIZE * 4, dtype=np.uint8)
+    table = np.array([99.0, *values])
+    form[0](table, 1, len(values), kind, scratch)
+    back = np.full(len(values) + 1, 99.0)
+    form[1](back, 1, len(values), kind, scratch)
+    return scratch, back.tolist()
+
+
+@FORMS
+@pytest.mark.parametrize("name", [n for n in NAMES if n != "Float64"])
+def test_whole_numbers_pass_every_type_as_numpy_stores_them(form, name):
+    values = [1.0, 0.0, 1.0] if name == "Boolean" else [1.0, 0.0, 120.0]
+    scratch, back = packed(form, NAMES.index(name), *values)
+    stored = scratch.view("uint8" if name == "Boolean" else name.lower())
+
+    assert stored[:3].tolist() == values
+    assert back == [99.0, *values]
+
+
+@FORMS
+@pytest.mark.parametrize("name", ["Int8", "Int16", "Int32", "Int64"])
+def test_a_signed_type_keeps_the_sign(form, name):
+    _, back = packed(form, NAMES.index(name), -100.0, 7.0)
+
+    assert back == [99.0, -100.0, 7.0]
+
+
+@FORMS
+def test_whole_numbers_round_to_the_nearest(form):
+    _, back = packed(form, NAMES.index("Int32"), 0.6, -0.6, 2.5)
+
+    assert back == [99.0, 1.0, -1.0, 2.0]
+
+
+@FORMS
+@pytest.mark.parametrize("kind", [NAMES.index("Boolean"), INT_BOOLEAN])
+def test_whatever_is_not_zero_is_true(form, kind):
+    _, back = packed(form, kind, 0.0, 0.25, -3.0)
+
+    assert back == [99.0, 0.0, 1.0, 1.0]

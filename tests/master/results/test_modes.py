@@ -1,0 +1,78 @@
+import math
+
+import numpy as np
+import pytest
+
+from master.results.modes import dominant_mode, modes, project
+
+STEP = 1e-3
+TIME = STEP * np.arange(5001)
+
+
+def damped(zeta, omega, amplitude=1.0, phase=0.0, time=TIME):
+    """A exp(-zeta omega t) cos(omega sqrt(1 - zeta^2) t + phase)."""
+    rate = omega * math.sqrt(1.0 - zeta * zeta)
+    return amplitude * np.exp(-zeta * omega * time) * np.cos(rate * time + phase)
+
+
+@pytest.mark.parametrize("zeta", [-0.1, -0.02, 0.0, 1e-4, 0.01, 0.05, 0.3])
+@pytest.mark.parametrize("omega", [3.0, 12.0, 60.0])
+def test_the_damping_of_an_exact_signal_is_found(zeta, omega):
+    mode = dominant_mode(damped(zeta, omega, 0.01, 0.7), STEP)
+
+    assert mode.zeta == pytest.approx(zeta, abs=1e-9)
+    assert mode.frequency == pytest.approx(omega * math.sqrt(1 - zeta**2) / (2 * math.pi), rel=1e-9)
+
+
+def test_growth_per_cycle_is_the_ratio_of_two_peaks_one_cycle_apart():
+    zeta = -0.05
+    mode = dominant_mode(damped(zeta, 12.0), STEP)
+
+    assert mode.growth_per_cycle == pytest.approx(
+        math.exp(2 * math.pi * 0.05 / math.sqrt(1 - 0.0025)), rel=1e-8
+    )
+
+
+def test_an_offset_does_not_change_the_mode():
+    mode = dominant_mode(damped(0.02, 12.0) + 5.0, STEP)
+
+    assert mode.zeta == pytest.approx(0.02, abs=1e-9)
+
+
+def test_of_two_modes_the_stronger_one_dominates():
+    slow, fast = damped(0.01, 6.0, 1.0), damped(0.04, 31.0, 0.4, 1.0)
+    mode = dominant_mode(slow + fast, STEP)
+
+    assert mode.zeta == pytest.approx(0.01, abs=1e-8)
+    assert mode.frequency == pytest.approx(6.0 * math.sqrt(1 - 1e-4) / (2 * math.pi), abs=1e-8)
+    poles, _ = modes(slow + fast, STEP)
+    assert min(abs(poles - complex(-0.04 * 31, 31 * math.sqrt(1 - 0.0016)))) < 1e-6
+
+
+def test_noise_of_a_thousandth_moves_the_damping_by_less_than_a_thousandth():
+    noise = 1e-3 * np.random.default_rng(1).standard_normal(TIME.size)
+    mode = dominant_mode(damped(0.02, 12.0) + noise, STEP)
+
+    assert mode.zeta == pytest.approx(0.02, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    "y", [np.zeros(500), np.full(500, 3.0), np.exp(-2e-3 * np.arange(500)), 1e-3 * np.arange(500)]
+)
+def test_a_signal_that_does_not_oscillate_has_no_mode(y):
+    assert dominant_mode(y, STEP) is None
+
+
+def test_amplitude_and_phase_stand_at_the_first_sample():
+    pole = complex(-0.2, 11.0)
+    amplitudes = project(
+        2.0 * np.exp(-0.2 * TIME) * np.cos(11.0 * TIME + 0.5), STEP, np.array([pole, pole.conjugate()])
+    )
+
+    assert amplitudes[0] == pytest.approx(np.exp(0.5j), abs=1e-10)
+
+
+def test_a_signal_that_grows_by_60_decades_is_still_measured():
+    mode = dominant_mode(damped(-0.5, 60.0), STEP)
+
+    assert mode.zeta == pytest.approx(-0.5, abs=1e-8)

@@ -1,0 +1,79 @@
+import pytest
+from stubs import CELSIUS, KELVIN, bench, clock, gain, typed, wire
+
+from master.stepping.program import COPY, GET, KEEP, SET, STEP
+from master.stepping.translation import build_program
+
+WORDS = {COPY: "copy", KEEP: "keep", SET: "set", STEP: "step", GET: "get"}
+
+
+@pytest.fixture
+def program_of():
+    def build(*arguments, **options):
+        made = bench(*arguments, **options)
+        slaves = {n: made.factory(n, i.description) for n, i in made.system.instances.items()}
+        program = build_program(made.system, made.schedule, slaves)
+        program.made = made  # the slaves own the C functions
+        return program
+
+    return build
+
+
+def words(program):
+    """Operations in order, with the FMU that each belongs to."""
+    return [
+        WORDS[row[0]] if row[0] in (COPY, KEEP) else f"{WORDS[row[0]]} {program.instance_of(i)}"
+        for i, row in enumerate(program.memory.operations)
+    ]
+
+
+def test_an_fmu_without_wires_steps_and_is_read(program_of):
+    assert words(program_of({"a": clock()})) == ["step a", "get a"]
+
+
+def test_in_a_sequence_a_value_moves_between_the_steps(program_of):
+    program = program_of({"a": clock(), "b": gain()}, [wire("a.t", "b.u")])
+
+    assert words(program) == ["step a", "get a", "copy", "set b", "step b", "get b"]
+
+
+def test_side_by_side_all_values_move_before_the_steps(program_of):
+    wires = [wire("a.y", "b.u"), wire("b.y", "a.u")]
+    program = program_of({"a": gain(), "b": gain()}, wires, [["a", "b"]])
+
+    assert words(program) == ["copy", "copy", "set a", "step a", "get a", "set b", "step b", "get b"]
+
+
+def test_a_delayed_value_is_kept_and_copied_only_to_convert(program_of):
+    blocks = {"a": gain(source=CELSIUS), "b": gain(target=KELVIN), "c": gain()}
+    program = program_of(blocks, [wire("a.y", "b.u", delay=2), wire("a.y", "c.u", delay=3)])
+
+    assert words(program)[2:4] == ["keep", "copy"]
+    assert words(program).count("keep") == 2
+    assert words(program).count("copy") == 1
+    assert program.memory.rings.size == 5
+
+
+def test_rings_start_from_the_present_values(program_of):
+    program = program_of({"a": clock(), "b": gain()}, [wire("a.t", "b.u", delay=3)])
+    program.memory.values[program.place["a.t"]] = 7.0
+    program.fill_rings()
+
+    assert program.memory.rings.tolist() == [7.0, 7.0, 7.0]
+
+
+def test_each_type_is_exchanged_in_one_call(program_of):
+    blocks = {"a": typed(), "b": typed()}
+    wires = [wire(f"a.{n}_out", f"b.{n}") for n in ("i", "b", "r")] + [wire("b.count", "a.r")]
+    program = program_of(blocks, wires, ["a", "b"])
+
+    assert words(program).count("set b") == 3
+    assert words(program).count("get b") == 3
+    assert [n for n in program.memory.blocks[:, 1] if n == 2] == [2, 2]
+
+
+def test_every_port_in_use_has_a_place_of_its_own(program_of):
+    program = program_of({"a": clock(), "b": gain()}, [wire("a.t", "b.u")])
+
+    assert sorted(program.place) == ["a.t", "b.u", "b.y"]
+    assert sorted(program.place.values()) == [0, 1, 2]

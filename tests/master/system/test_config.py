@@ -1,0 +1,153 @@
+import pytest
+
+from master.errors import ConfigError
+from master.system.config import load_config, with_stop_time
+
+HEAD = "name: test\nstop_time: 1.0\nfmus:\n  a: {source: clock.fmu}\n"
+
+
+@pytest.fixture
+def load(tmp_path):
+    path = tmp_path / "system.yaml"
+
+    def read(text):
+        path.write_text(text, encoding="utf-8")
+        return load_config(path)
+
+    return read
+
+
+@pytest.fixture
+def faults(load, tmp_path):
+    def found(text):
+        with pytest.raises(ConfigError) as caught:
+            load(text)
+        return [p.replace(f"{tmp_path}/", "") for p in caught.value.problems]
+
+    return found
+
+
+def test_what_the_file_leaves_out_has_its_default(load):
+    config = load(HEAD).config
+
+    assert (config.step_size, config.start_time, config.n_ticks) == (1e-3, 0.0, 1000)
+    assert (config.fmus["a"].every, config.coupling.order, config.compare) == (1, None, None)
+
+
+def test_a_connection_is_read_from_from_and_to(load):
+    [wire] = load(HEAD + "connections: [{from: a.t, to: b.u, delay: 3}]\n").config.connections
+
+    assert (wire.source, wire.target, wire.delay) == ("a.t", "b.u", 3)
+
+
+def test_an_order_may_hold_inner_lists(load):
+    config = load(HEAD + "coupling: {order: [a, [b, c]]}\n").config
+
+    assert config.coupling.order == ["a", ["b", "c"]]
+
+
+def test_missing_keys_are_named(faults):
+    assert faults("name: test\n") == [
+        "system.yaml:1: stop_time: missing, expected a value",
+        "system.yaml:1: fmus: missing, expected a value",
+    ]
+
+
+def test_an_unknown_key_is_answered_with_the_nearest_one(faults):
+    [fault] = faults(HEAD + "conections: []\n")
+
+    assert fault.startswith("system.yaml:5: conections: unknown key, expected 'connections' (of name, ")
+
+
+def test_an_unknown_key_of_an_fmu_is_answered_with_the_keys_of_an_fmu(faults):
+    [fault] = faults("name: test\nstop_time: 1.0\nfmus:\n  a:\n    source: x.fmu\n    evry: 2\n")
+
+    assert fault.startswith("system.yaml:6: fmus.a.evry: unknown key, expected 'every' (of source, ")
+
+
+@pytest.mark.parametrize(
+    ("line", "fault"),
+    [
+        ("step_size: fast", "step_size: input should be a valid number"),
+        ("step_size: 0", "step_size: input should be greater than 0, got 0"),
+        ("step_size: .inf", "step_size: not a finite number, got inf"),
+        ("start_time: .nan", "start_time: not a finite number, got nan"),
+        ("connections: [{from: a, to: b.u}]", "connections[0].from: not an 'instance.variable', got 'a'"),
+        ("limits: {a.t: -1}", "limits.a.t: input should be greater than 0, got -1"),
+        ("compare: {signal: a.t, offset: 0}", "compare.offset: input should be greater than 0, got 0"),
+    ],
+)
+def test_a_value_of_the_wrong_kind_is_refused(faults, line, fault):
+    [found] = faults(HEAD + line + "\n")
+
+    assert found.startswith(f"system.yaml:5: {fault}")
+
+
+def test_an_fmu_steps_at_least_every_tick(faults):
+    assert faults("name: a\nstop_time: 1\nfmus: {a: {source: x.fmu, every: 0}}\n") == [
+        "system.yaml:3: fmus.a.every: input should be greater than or equal to 1, got 0"
+    ]
+
+
+def test_a_system_has_an_fmu(faults):
+    [fault] = faults("name: a\nstop_time: 1\nfmus: {}\n")
+
+    assert fault.startswith("system.yaml:3: fmus: dictionary should have at least 1 item")
+
+
+def test_all_faults_come_at_once(faults):
+    text = "name: 3\nstep_size: no\nstop_time: 1.0\nfmus:\n  a: {every: 2}\nvariant: {}\n"
+
+    places = [f.split(": ")[:2] for f in faults(text)]
+
+    assert places == [
+        ["system.yaml:1", "name"],
+        ["system.yaml:2", "step_size"],
+        ["system.yaml:5", "fmus.a.source"],
+        ["system.yaml:6", "variant"],
+    ]
+
+
+def test_a_stop_time_between_two_steps_is_refused(faults):
+    assert faults(HEAD.replace("1.0", "0.0014")) == [
+        "system.yaml:2: stop_time: 1.4 steps after start_time, expected a whole number, got 0.0014"
+    ]
+
+
+@pytest.mark.parametrize("step_size", ["1e-300", "5e-324"])
+def test_more_steps_than_a_double_counts_are_refused(faults, step_size):
+    [fault] = faults(HEAD + f"step_size: {step_size}\n")
+
+    assert fault.startswith("system.yaml:2: stop_time: ")
+    assert fault.endswith(" steps, expected at most 9.01e+15, got 1.0")
+
+
+def test_a_stop_time_before_the_start_is_refused(faults):
+    assert faults(HEAD + "start_time: 2.0\n") == ["system.yaml:2: stop_time: not after start_time, got 1.0"]
+
+
+def test_a_stop_time_that_binary_numbers_cannot_hold_is_taken(load):
+    assert load(HEAD.replace("1.0", "0.7") + "step_size: 0.1\n").config.n_ticks == 7
+
+
+def test_another_stop_time_must_fit_too(load):
+    config = load(HEAD).config
+
+    assert with_stop_time(config, 0.25).n_ticks == 250
+    with pytest.raises(ConfigError) as caught:
+        with_stop_time(config, 0.0005)
+    assert caught.value.problems == [
+        "--stop-time: 0.5 steps after start_time, expected a whole number, got 0.0005"
+    ]
+
+
+@pytest.mark.parametrize(("text", "kind"), [("- a\n", "list"), ("", "NoneType"), ("word\n", "str")])
+def test_a_file_that_holds_no_mapping_is_refused(faults, text, kind):
+    assert faults(text) == [
+        f"system.yaml:1: file: not a system, got {kind}, expected a mapping with name, fmus, ..."
+    ]
+
+
+def test_a_configuration_cannot_be_changed(load):
+    with pytest.raises(ValueError, match="frozen"):
+        load(HEAD).config.name = "other"
