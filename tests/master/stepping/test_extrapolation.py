@@ -6,12 +6,11 @@ Coupling error of two masses against their monolithic solution, by the order in 
 Each mass is solved exactly for an input that is linear in a step, so that all error is that of coupling.
 """
 
-from dataclasses import dataclass, field
-
 import numpy as np
 import pytest
+from linear_blocks import Linear
 from scipy.linalg import expm
-from stubs import Block, bench, variables, wire
+from stubs import bench, wire
 
 STIFF, SOFT, DAMP = 40.0, 25.0, 0.8
 END = 1.0
@@ -26,49 +25,10 @@ WHOLE = np.array(
 )
 
 
-def transition(a, b, h):
-    """Give x(t+h) = phi x + g0 u(t) + g1 u(t+h) for x' = a x + b u with u linear in between."""
-    n, m = b.shape
-    big = np.zeros((n + 2 * m, n + 2 * m))
-    big[:n, :n], big[:n, n : n + m] = a, b
-    big[n : n + m, n + m :] = np.eye(m) / h
-    e = expm(big * h)
-    return e[:n, :n], e[:n, n : n + m] - e[:n, n + m :], e[:n, n + m :]
-
-
-@dataclass
-class Mass:
-    """One mass with its inputs of the step before; `law` is that of its block."""
-
-    a: np.ndarray
-    b: np.ndarray
-    inputs: tuple[str, ...]
-    follows: bool
-    known: dict = field(default_factory=dict)
-
-    def law(self, t, h, v):
-        u = np.array([v[name] for name in self.inputs])
-        x = np.array([v["x"], v["v"]])
-        if h:
-            if h not in self.known:
-                self.known[h] = transition(self.a, self.b, h)
-            phi, g0, g1 = self.known[h]
-            x = phi @ x + g0 @ np.array([v[f"old_{n}"] for n in self.inputs]) + g1 @ u
-        f = SOFT * (u[0] - x[0]) + DAMP * (u[1] - x[1]) if self.follows else 0.0
-        return {"x": x[0], "v": x[1], "f": f} | {f"old_{n}": v[n] for n in self.inputs}
-
-    def block(self):
-        state = {"initial": "exact"}
-        hidden = [(f"old_{n}", "local") for n in self.inputs]
-        ports = [(n, "input") for n in self.inputs]
-        outputs = [("x", "output", state), ("v", "output", state), ("f", "output")]
-        return Block(self.law, variables(*ports, *outputs, *hidden), {"f": self.inputs, "x": (), "v": ()})
-
-
 def pair(order, step, extrapolation):
-    first = Mass(np.array([[0.0, 1.0], [-STIFF, 0.0]]), np.array([[0.0], [-1.0]]), ("f_in",), False)
-    own = np.array([[0.0, 1.0], [-STIFF - SOFT, -DAMP]])
-    second = Mass(own, np.array([[0.0, 0.0], [SOFT, DAMP]]), ("x_in", "v_in"), True)
+    first = Linear([[0, 1], [-STIFF, 0]], [[0], [-1]], ("x", "v"), ("f_in",))
+    own, force = [[0, 1], [-STIFF - SOFT, -DAMP]], {"f": ([-SOFT, -DAMP], [SOFT, DAMP])}
+    second = Linear(own, [[0, 0], [SOFT, DAMP]], ("x", "v"), ("x_in", "v_in"), force)
     more = {"extrapolation": extrapolation}
     wires = [wire("b.f", "a.f_in", **more), wire("a.x", "b.x_in", **more), wire("a.v", "b.v_in", **more)]
     if order != [["a", "b"]]:
