@@ -12,6 +12,7 @@ from .bench import Bench
 from .case import Case, LoadedCase
 from .ceiling import Ceiling
 from .evidence import ceiling_of, detect, features_of, worst_output
+from .final import refitted
 from .fitting import Fit, Mask
 from .learning import Learned, learn
 from .measured import measured
@@ -121,7 +122,7 @@ def _part(system: CutSystem, bench: Bench, split: Split, case: Case, progress: P
         )
     elif result.ceiling is not None and result.ceiling.is_structure:
         result = replace(result, has_remainder=True)
-    return _parameters(result)
+    return refitted(_parameters(result))
 
 
 def _named_or_learned(result: PartResult, found: Found, slots: list[str]) -> PartResult:

@@ -76,7 +76,9 @@ def by_recording(lengths: Mapping[str, int], parts: Mapping[str, Sequence[str]])
     return Split(fit, select, Sealed(sealed))
 
 
-def by_blocks(lengths: Mapping[str, int], pattern: Sequence[str], guard: int) -> Split:
+def by_blocks(
+    lengths: Mapping[str, int], pattern: Sequence[str], guard: int, needed: Sequence[str] = PARTS
+) -> Split:
     """
     Cut every recording into equal blocks.
 
@@ -84,13 +86,14 @@ def by_blocks(lengths: Mapping[str, int], pattern: Sequence[str], guard: int) ->
         lengths: Rows of each recording.
         pattern: What each block is for, in time order: `fit`, `select` or `sealed`.
         guard: Rows left out between blocks of different use.
+        needed: Parts that must have a block.
 
     Raises:
-        DataError: If a part has no block or a block is shorter than the guard.
+        DataError: If a needed part has no block or a block is shorter than the guard.
     """
     problems = [f"split.pattern: got {p!r}, expected one of {[*PARTS]}" for p in pattern if p not in PARTS]
     problems += [
-        f"split.pattern: got no block for {p!r}, expected at least one" for p in PARTS if p not in pattern
+        f"split.pattern: got no block for {p!r}, expected at least one" for p in needed if p not in pattern
     ]
     found: dict[str, list[Stretch]] = {part: [] for part in PARTS}
     for name, n in lengths.items():
@@ -116,10 +119,9 @@ def with_sealed_recordings(
         DataError: If a part has no block or a block is shorter than the guard.
     """
     cut = {name: n for name, n in lengths.items() if name not in sealed}
-    has_sealed = "sealed" in pattern
-    found = by_blocks(cut, [*pattern] if has_sealed else [*pattern, "sealed"], guard)
-    inner = found.sealed.open() if has_sealed else ()
-    return Split(found.fit, found.select, Sealed([*inner, *(Stretch(n, 0, lengths[n]) for n in sealed)]))
+    found = by_blocks(cut, pattern, guard, needed=("fit", "select"))
+    whole = [Stretch(n, 0, lengths[n]) for n in sealed]
+    return Split(found.fit, found.select, Sealed([*found.sealed.open(), *whole]))
 
 
 def blocks(stretches: Sequence[Stretch], n: int) -> list[Stretch]:

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from master.diagnosis.split import Stretch, blocks, by_blocks, by_recording
+from master.diagnosis.split import Stretch, blocks, by_blocks, by_recording, with_sealed_recordings
 from master.errors import DataError
 
 
@@ -27,6 +27,13 @@ def test_blocks_of_different_use_have_a_guard_between_them():
     assert split.fit == (Stretch("a", 0, 40), Stretch("a", 65, 80))
     assert split.select == (Stretch("a", 45, 60),)
     assert split.sealed.open() == (Stretch("a", 85, 100),)
+
+
+def test_blocks_cover_recordings_to_their_end_where_others_are_sealed():
+    split = with_sealed_recordings({"a": 90, "b": 7}, ["fit", "select", "fit"], 0, ["b"])
+
+    assert split.fit == (Stretch("a", 0, 30), Stretch("a", 60, 90))
+    assert split.sealed.open() == (Stretch("b", 0, 7),)
 
 
 def test_stretches_are_cut_into_contiguous_blocks():
