@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 
 from .coupling.schedule import Schedule
 from .errors import FmuError
@@ -41,6 +42,7 @@ __all__ = [
     "Outcome",
     "RunOptions",
     "load",
+    "running",
     "simulate",
 ]
 
@@ -82,6 +84,25 @@ def simulate(
     Raises:
         FmuError: If an FMU cannot be loaded or initialised; later failures are in the outcome.
     """
+    run = running(
+        system, schedule, grid, options=options, factory=factory, progress=progress, compiled=compiled
+    )
+    with run as (outcome, _):
+        return outcome
+
+
+@contextmanager
+def running(
+    system: System,
+    schedule: Schedule,
+    grid: Grid,
+    *,
+    options: RunOptions | None = None,
+    factory: SlaveFactory = load,
+    progress: ProgressCallback = _silent,
+    compiled: bool = True,
+) -> Iterator[tuple[Outcome, Mapping[str, Slave]]]:
+    """Step a system as `simulate` does, and give its FMUs beside the outcome; they end behind the block."""
     options = options or RunOptions()
     slaves: dict[str, Slave] = {}
     failed: set[str] = set()
@@ -95,7 +116,7 @@ def simulate(
         if outcome.error is not None:
             failed.add(outcome.error.instance)
         _free_states(program, slaves, failed)
-        return outcome
+        yield outcome, slaves
     except FmuError as error:
         failed.add(error.instance)
         raise

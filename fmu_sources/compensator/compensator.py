@@ -24,6 +24,7 @@ Valid    Linear contact. Singly the parameters are not identifiable from one osc
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from ..arithmetic import Arithmetic
@@ -125,11 +126,17 @@ def _identified(f_lead: Any, s: Any, x: Any, p: Any, m: Arithmetic) -> tuple[tup
     factor = m.where(is_rls, rls.forgetting(x.P, p.forgetting_factor, m), 1.0)
     P = rls.predicted(x.P, factor)
     P = kalman.predicted(P, m.where(is_rls, 0.0, chosen.Q_ab), m.where(is_rls, 0.0, chosen.Q_cde))
-    Y, P = kalman.corrected((x.a, x.b, x.c, x.d, x.e), P, H, f, m.where(is_rls, rls.R, chosen.R), m)
+    known = (x.a, x.b, x.c, x.d, x.e)
+    Y, P = kalman.corrected(known, P, H, f, m.where(is_rls, rls.R, chosen.R), m)
     given = process_parameters(p, weight(p.difference_method, m))
-    Y = tuple(m.where(is_fixed, fixed, found) for fixed, found in zip(given, Y, strict=True))
+    Y = _each(m, is_fixed, given, _each(m, p.identification_held, known, Y))
+    P = _each(m, p.identification_held, x.P, P)
     memory = {"f_stage": f_stage, "f_1": f, "f_2": x.f_1, "s_stage": s_stage, "s_1": s, "s_2": x.s_1, "P": P}
     return Y, memory
+
+
+def _each(m: Arithmetic, condition: Any, yes: Sequence[Any], no: Sequence[Any]) -> tuple[Any, ...]:
+    return tuple(m.where(condition, one, other) for one, other in zip(yes, no, strict=True))
 
 
 MODEL = Compensator()

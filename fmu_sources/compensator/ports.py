@@ -55,6 +55,7 @@ PARAMETERS = declare(
     parameter("fmdc_filter", 0.0, "s", "Time constant of the filter pole of the force lead", minimum=0.0),
     parameter("dpdc_phase", 0.21625, "rad", "Phase lag to compensate, phi_max", minimum=0.0, maximum=1.5),
     parameter("dpdc_frequency", 0.9746, "Hz", "Frequency of that lag, f_max", above=0.0),
+    switch("identification_held", False, "The identified process parameters stay as they are"),
     fixed(parameter("sample_time", 1e-3, "s", "Sampling period", above=0.0)),
 )
 

@@ -149,7 +149,7 @@ class _Tick:
         """Step side by side; `inner` wires carry the new values, as iteration to convergence gives them."""
         n, q = self.width, len(inner)
         for j, wire in enumerate(inner):
-            self.signals[wire.target.name] = np.eye(1, n + q, n + j)[0]
+            self.signals[wire.target.name] = self._with_outer(wire, np.eye(1, n + q, n + j)[0])
         for name in names:
             self._step(name, n + q)
         if not q:
@@ -160,7 +160,8 @@ class _Tick:
             for name in names:
                 table[name] = table[name][:, :n] + table[name][:, n:] @ solved
         for wire, value in zip(inner, solved, strict=True):
-            self.signals[wire.target.name] = value
+            self.arrived[wire.target.name] = value
+            self.signals[wire.target.name] = self._with_outer(wire, value)
 
     def _source(self, wire: Wire) -> Floats:
         outputs = self.coupled.parts[wire.source.instance].outputs
@@ -173,13 +174,20 @@ class _Tick:
         shifted = np.concatenate([self._source(wire)[None], line[:delay]])
         value = wire.conversion.factor * shifted[-1]
         self.arrived[target] = value
-        if target in self.outer:
-            place = self.width - len(self.outer) + list(self.outer).index(target)
-            value = np.eye(1, self.width, place)[0] + (0.0 if self.outer[target] else value)
+        value = self._with_outer(wire, value)
         past = line[delay:]
         kept = np.concatenate([value[None], past])[: len(past)]
         self.under_way[target] = np.concatenate([shifted[:-1], kept])
         self.signals[target] = _extrapolated(value, past)
+
+    def _with_outer(self, wire: Wire, value: Floats) -> Floats:
+        """Value that the target gets: with the outer signal on top or in its place."""
+        target = wire.target.name
+        if target not in self.outer:
+            return value
+        place = self.width - len(self.outer) + list(self.outer).index(target)
+        outer: Floats = np.eye(1, len(value), place)[0]
+        return outer if self.outer[target] else outer + value
 
     def _step(self, name: str, width: int) -> None:
         part = self.coupled.parts[name]

@@ -12,8 +12,9 @@ from ..simulation import Grid, SlaveFactory, load, simulate
 from ..system.graph import Instance, System
 from ..system.values import parse
 from .coupling import Coupled, Part
+from .learning import HOLD, REASON, learns, measure_learned
 from .realisation import StateSpace, realise
-from .responses import Question, measure, real, start_variables
+from .responses import Question, Responses, measure, real, start_variables
 
 FROZEN = (
     ("identifier", "fixed", "identification is not linear: its process parameters are the assumed ones"),
@@ -32,17 +33,22 @@ class Assumption:
 
 @dataclass
 class Laboratory:
-    """Measures each FMU alone, once for each set of parameters, and couples the linear systems."""
+    """
+    Measures each FMU alone, once for each set of parameters, and couples the linear systems.
+
+    `after_run`: an FMU that identifies is asked as a run leaves it, not with its assumed parameters.
+    """
 
     experiment: Experiment
     factory: SlaveFactory = load
+    after_run: bool = False
     system: System = field(init=False)
     assumptions: tuple[Assumption, ...] = field(init=False)
     _known: dict[Any, StateSpace] = field(default_factory=dict)
     _held: dict[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        self.system, self.assumptions = frozen(self.experiment.system)
+        self.system, self.assumptions = frozen(self.experiment.system, after_run=self.after_run)
         self._held = self._initial_inputs()
 
     def coupled(
@@ -77,9 +83,14 @@ class Laboratory:
             t0=self.experiment.config.start_time,
         )
         if question.key not in self._known:
-            self._known[question.key] = realise(measure(question, self.factory))
+            self._known[question.key] = realise(self._measured(question))
         names = [tuple(f"{name}.{v.name}" for v in group) for group in (inputs, outputs)]
         return Part(self._known[question.key], names[0], names[1])
+
+    def _measured(self, question: Question) -> Responses:
+        if self.after_run and learns(question.instance):
+            return measure_learned(question, self.experiment, self.system, self.factory)
+        return measure(question, self.factory)
 
     def _watched(self) -> list[str]:
         compare = self.experiment.config.compare
@@ -98,10 +109,13 @@ class Laboratory:
         }
 
 
-def frozen(system: System) -> tuple[System, tuple[Assumption, ...]]:
-    """Set what varies with time to what `FROZEN` says; give the system and what was set."""
+def frozen(system: System, *, after_run: bool) -> tuple[System, tuple[Assumption, ...]]:
+    """Set what varies with time to what `FROZEN` says; give the system and what is assumed."""
     found = []
     for name, instance in system.instances.items():
+        if after_run and learns(instance):
+            found.append(Assumption(f"{name}.{HOLD}", "true", REASON))
+            continue
         for parameter, item, reason in FROZEN:
             variable = instance.description.by_name.get(parameter)
             if variable is None:

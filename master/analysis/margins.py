@@ -86,7 +86,7 @@ def transfer(opened: Opened, z: Complexes) -> Complexes:
 
 def _angles(opened: Opened) -> Floats:
     """Grid of w h, fine near the poles of the open and the closed loop."""
-    closed = opened.M + opened.N @ opened.P
+    closed = opened.M + opened.N @ opened.P / (1.0 - opened.Q[0, 0])
     z = np.concatenate([np.linalg.eigvals(opened.M), np.linalg.eigvals(closed)])
     near = np.abs(np.angle(z[np.abs(z) > 0.5]))
     fine = near[:, None] * (1.0 + _AROUND)

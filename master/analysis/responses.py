@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from ..coupling.schedule import Schedule
 from ..errors import FmuError
 from ..fmi.description import Description, Kind, Variable
+from ..fmi.slave import Slave
 from ..simulation import SlaveFactory
 from ..stepping import calls, loop
 from ..stepping.translation import build_program
@@ -68,7 +69,7 @@ class Responses:
 
 def measure(question: Question, factory: SlaveFactory) -> Responses:
     """
-    Ask one FMU.
+    Ask one FMU, from its start.
 
     Raises:
         FmuError: If it fails, or cannot save its state.
@@ -77,17 +78,38 @@ def measure(question: Question, factory: SlaveFactory) -> Responses:
     if question.inputs and not description.can_get_and_set_state:
         raise FmuError(name, "cannot be analysed, got canGetAndSetFMUState = false, expected true")
     empty = np.empty((N_STEPS, len(question.outputs), 0))
-    pulses, curvatures = [empty], [0.0]
+    pulses, curvature = empty, 0.0
     if question.inputs:
-        bench = _Bench(question, factory)
+        bench = _Bench(question, _started(question, factory))
         try:
-            answers = [_answer(bench.pulse, i, _delta(v)) for i, v in enumerate(question.inputs)]
+            pulses, curvature = bench.pulses()
         finally:
             bench.close()
-        pulses += [a[:, :, None] for a, _ in answers]
-        curvatures += [c for _, c in answers]
     free = [_free(question, v, factory)[:, :, None] for v in question.starts]
-    return Responses(np.concatenate(pulses, 2), np.concatenate([empty, *free], 2), max(curvatures))
+    return Responses(pulses, np.concatenate([empty, *free], 2), curvature)
+
+
+def measure_running(question: Question, slave: Slave) -> Responses:
+    """Ask an FMU that has come to the time `question.t0` in a run; it is left running."""
+    bench = _Bench(question, slave)
+    try:
+        slave.set(question.inputs, question.held)
+        pulses, curvature = bench.pulses()
+    finally:
+        bench.free()
+    return Responses(pulses, np.empty((N_STEPS, len(question.outputs), 0)), curvature)
+
+
+def _started(question: Question, factory: SlaveFactory) -> Slave:
+    slave = factory(question.instance.name, question.instance.description)
+    try:
+        slave.enter_initialisation(question.instance.start, question.t0)
+        slave.set(question.inputs, question.held)
+        slave.exit_initialisation()
+    except FmuError:
+        slave.close(failed=True)
+        raise
+    return slave
 
 
 def _delta(variable: Variable) -> float:
@@ -110,7 +132,8 @@ def _free(question: Question, variable: Variable, factory: SlaveFactory) -> Floa
     rows = []
     for changed in (value + delta, value - delta):
         start = {**question.instance.start, variable.name: changed}
-        bench = _Bench(replace(question, instance=replace(question.instance, start=start)), factory)
+        own = replace(question, instance=replace(question.instance, start=start))
+        bench = _Bench(own, _started(own, factory))
         try:
             rows.append(bench.run(0, N_STEPS))
         finally:
@@ -122,27 +145,22 @@ def _free(question: Question, variable: Variable, factory: SlaveFactory) -> Floa
 class _Bench:
     """One FMU at the stepping loop, with nothing connected."""
 
-    def __init__(self, question: Question, factory: SlaveFactory) -> None:
-        self.question, self.failed = question, False
+    def __init__(self, question: Question, slave: Slave) -> None:
+        self.question, self.slave, self.failed = question, slave, False
         instance = question.instance
-        self.slave = factory(instance.name, instance.description)
         self.state = np.zeros(1, dtype=np.int64)
-        try:
-            self.slave.enter_initialisation(instance.start, question.t0)
-            self.slave.set(question.inputs, question.held)
-            self.slave.exit_initialisation()
-        except FmuError:
-            self.failed = True
-            self.close()
-            raise
         schedule = Schedule(((instance.name,),), {instance.name: 1})
         system = System({instance.name: instance}, ())
-        self.program = build_program(system, schedule, {instance.name: self.slave})
+        self.program = build_program(system, schedule, {instance.name: slave})
         places = [self.program.place[Port(instance.name, v).name] for v in question.outputs]
         self.record = np.array(places, dtype=np.int64)
-        if question.inputs:
-            self.run(0, N_SETTLING)
-            self._state_call("get_state", self.state.ctypes.data)
+
+    def pulses(self) -> tuple[Floats, float]:
+        """Settle, then give the answers to a pulse on each input, and how far they bend."""
+        self.run(0, N_SETTLING)
+        self._state_call("get_state", self.state.ctypes.data)
+        answers = [_answer(self.pulse, i, _delta(v)) for i, v in enumerate(self.question.inputs)]
+        return np.stack([a for a, _ in answers], axis=2), max(c for _, c in answers)
 
     def pulse(self, place: int, delta: float) -> Floats:
         """Run with one input raised during the first step, and go back to the start."""
@@ -175,10 +193,14 @@ class _Bench:
             message = self.slave.last_message() or "its state cannot be saved and set"
             raise FmuError(self.question.instance.name, message)
 
-    def close(self) -> None:
-        """End the FMU."""
+    def free(self) -> None:
+        """Give the saved state back."""
         if not self.failed and self.state[0]:
             self._state_call("free_state", self.state.ctypes.data)
+
+    def close(self) -> None:
+        """End the FMU."""
+        self.free()
         self.slave.close(failed=self.failed)
 
 

@@ -81,7 +81,7 @@ def analyse(experiment: Experiment, factory: SlaveFactory = load) -> Analysis:
     Raises:
         FmuError: If an FMU fails, or cannot save its state.
     """
-    laboratory = Laboratory(experiment, factory)
+    laboratory = Laboratory(experiment, factory, after_run=True)
     return judge(laboratory.coupled(), laboratory)
 
 

@@ -52,7 +52,7 @@ def analyse(
     experiment = prepare(config, request, show_building)
     if len(sweeps) > 2:
         raise ConfigError([f"--sweep: too many, got {len(sweeps)}, expected one or two"])
-    laboratory = Laboratory(experiment)
+    laboratory = Laboratory(experiment, after_run=True)
     title = " / ".join(filter(None, (experiment.config.name, request.variant)))
     answer: dict[str, Any] = {"name": experiment.config.name, "variant": request.variant}
     if sweeps:

@@ -29,7 +29,7 @@ def test_analyse_gives_poles_margins_and_assumptions():
 
     assert found["stable"]
     assert found["latency_budget"] == {"to": "spacecraft.f", "seconds": pytest.approx(1.563e-3, abs=2e-5)}
-    assert [a["signal"] for a in found["assumptions"]] == ["compensator.identifier"]
+    assert [a["signal"] for a in found["assumptions"]] == ["compensator.identification_held"]
     assert {m["to"] for m in found["margins"]} >= {"spacecraft.f", "compensator.f_mea"}
     assert found["zeros"]
     assert found["notes"] == []
@@ -40,7 +40,7 @@ def test_analyse_reads_as_text():
 
     assert found.output.startswith("low_frequency\nstable")
     assert "latency budget" in found.output
-    assert "assumed: compensator.identifier = fixed" in found.output
+    assert "assumed: compensator.identification_held = true" in found.output
 
 
 def test_a_sweep_draws_its_map(tmp_path):

@@ -70,6 +70,23 @@ def test_one_period_by_hand():
     assert compensator["f_des"] == pytest.approx(16.0 + dF)
 
 
+def test_held_identification_keeps_what_it_has_learned_and_goes_on_from_there():
+    held, free = make(m_e=50.0), make(m_e=50.0)
+    for k in range(200):
+        s = 0.001 * math.sin(0.1 * k)
+        for compensator in (held, free):
+            compensator["identification_held"] = float(compensator is held and 50 <= k < 150)
+            rests = 50 <= k < 150
+            step(compensator, k, s_act=0.0 if rests else s, s_des=0.0 if rests else s, f_mea=-30e3 * s)
+        if k == 49:
+            learned = [held[n] for n in "abcde"]
+        if k == 149:
+            kept, moved = ([c[n] for n in "abcde"] for c in (held, free))
+
+    assert kept == learned != moved
+    assert [held[n] for n in "abcde"] != learned
+
+
 def test_the_drag_travel_takes_part_in_the_identification_only():
     moved, still = make(x=0.003, s_act=0.003), make()
     for k in range(50):

@@ -8,6 +8,7 @@ from loops_of_stubs import STEP, laboratory_of
 from scipy.special import lambertw
 from stubs import bench, gain, integrator, wire
 
+from master.analysis.margins import margin
 from master.analysis.poles import dominant, growth_rate, poles
 from master.errors import FmuError
 
@@ -86,6 +87,23 @@ def test_the_matrix_of_the_cut_loop_closed_again_is_the_matrix(oscillator):
     for wire_ in coupled.wires:
         opened = coupled.opened(wire_, cut=True)
         np.testing.assert_allclose(opened.M + opened.N @ opened.P, coupled.matrix(), atol=1e-12)
+
+
+def test_a_connection_within_an_iterated_group_can_be_opened():
+    """x+ = x + h u, v = -3 x+ with u = r: v = -3 x - 3 h r; closed again, r = v, the loop is implicit."""
+    wires = [wire("damper.y", "sum.u"), wire("sum.x", "damper.u")]
+    order = [{"iterate": ["sum", "damper"]}]
+    coupled = laboratory_of(
+        bench({"sum": integrator(), "damper": gain(-3.0)}, wires, order, step_size=0.1)
+    ).coupled()
+    into_sum = next(w for w in coupled.wires if w.target.name == "sum.u")
+
+    opened = coupled.opened(into_sum, cut=True)
+    found = margin(coupled, into_sum)
+
+    assert opened.Q[0, 0] == pytest.approx(-0.3, abs=1e-9)
+    np.testing.assert_allclose(opened.M + opened.N @ opened.P / 1.3, coupled.matrix(), atol=1e-9)
+    assert found.gain_up is None
 
 
 def test_mass_and_spring_take_part_in_the_oscillation(oscillator):
