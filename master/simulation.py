@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager
 
 from .coupling.schedule import Schedule
@@ -23,6 +23,7 @@ from .stepping.run_loop import (
     FAILED,
     INTERRUPTED,
     OVERRUN,
+    TERMINATED,
     Grid,
     Outcome,
     ProgressCallback,
@@ -38,6 +39,7 @@ __all__ = [
     "FAILED",
     "INTERRUPTED",
     "OVERRUN",
+    "TERMINATED",
     "Grid",
     "Outcome",
     "RunOptions",
@@ -45,6 +47,8 @@ __all__ = [
     "running",
     "simulate",
 ]
+
+FATAL = "fatal"
 
 SlaveFactory = Callable[[str, Description], Slave]
 
@@ -105,7 +109,7 @@ def running(
     """Step a system as `simulate` does, and give its FMUs beside the outcome; they end behind the block."""
     options = options or RunOptions()
     slaves: dict[str, Slave] = {}
-    failed: set[str] = set()
+    failed: dict[str, str] = {}
     try:
         for name, instance in system.instances.items():
             slaves[name] = factory(name, instance.description)
@@ -114,18 +118,18 @@ def running(
         loop = RunLoop(system, grid, program, slaves, options)
         outcome = loop.run(compiled_execute() if compiled else execute, progress)
         if outcome.error is not None:
-            failed.add(outcome.error.instance)
+            failed[outcome.error.instance] = outcome.error.status
         _free_states(program, slaves, failed)
         yield outcome, slaves
     except FmuError as error:
-        failed.add(error.instance)
+        failed[error.instance] = error.status
         raise
     finally:
         for name, slave in slaves.items():
-            slave.close(failed=name in failed)
+            slave.close(failed=name in failed, fatal=failed.get(name) == FATAL)
 
 
-def _free_states(program: Program, slaves: Mapping[str, Slave], failed: set[str]) -> None:
+def _free_states(program: Program, slaves: Mapping[str, Slave], failed: Collection[str]) -> None:
     """Give saved states of iterated groups back to their FMUs."""
     states = program.memory.states
     for i, name in enumerate(program.names):

@@ -119,6 +119,7 @@ class Stub:
         self.events: list[str] = []
         self.states: dict[int, dict[str, Any]] = {}
         self._messages: list[str] = []
+        self.wants_end = False
         self._time, self._stepping = 0.0, False
         self._c_functions = self._make_c_functions()
 
@@ -157,8 +158,11 @@ class Stub:
     def last_message(self) -> str:
         return self._messages[-1] if self._messages else ""
 
-    def close(self, *, failed: bool) -> None:
-        self.events.append("abandoned" if failed else "closed")
+    def asked_for_end(self) -> bool:
+        return self.wants_end
+
+    def close(self, *, failed: bool, fatal: bool = False) -> None:
+        self.events.append("abandoned" if fatal else "freed" if failed else "closed")
 
     def _settle(self) -> None:
         if not self._stepping:

@@ -22,6 +22,7 @@ from ..fmi.description import Description, Kind, Variable
 from ..fmi.slave import Slave
 from ..simulation import SlaveFactory
 from ..stepping import calls, loop
+from ..stepping.program import WARNING
 from ..stepping.translation import build_program
 from ..system.graph import Instance, Port, System
 
@@ -188,7 +189,7 @@ class _Bench:
 
     def _state_call(self, name: str, argument: int) -> None:
         interface = self.slave.interface()
-        if calls.state(getattr(interface, name), interface.component, argument) > loop.WARNING:
+        if calls.state(getattr(interface, name), interface.component, argument) > WARNING:
             self.failed = True
             message = self.slave.last_message() or "its state cannot be saved and set"
             raise FmuError(self.question.instance.name, message)

@@ -21,6 +21,7 @@ from .common import CONFIG, FLAVOUR, JSON, SET, STDERR, VARIANT, answers_errors,
 
 _EXIT = {
     simulation.COMPLETED: 0,
+    simulation.TERMINATED: 0,
     simulation.DIVERGED: EXIT_DIVERGED,
     simulation.FAILED: EXIT_FMU,
     simulation.OVERRUN: EXIT_FMU,

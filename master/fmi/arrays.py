@@ -10,13 +10,21 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from .description import Variable
 
-_NOT_EXCHANGED = ("Clock", "Binary")
+_NOT_EXCHANGED = {"Clock": "a clock", "Binary": "a binary"}
 
 
-def is_exchanged(v: Any) -> bool:
-    """Whether the master gets and sets a variable (of FMPy); time, clocks, binaries, string arrays: no."""
-    is_string_array = bool(v.dimensions) and v.type == "String"
-    return v.causality != "independent" and v.type not in _NOT_EXCHANGED and not is_string_array
+def not_exchanged(v: Any) -> str:
+    """What a variable (of FMPy) is that the master neither gets nor sets; empty for all others."""
+    if v.causality == "independent":
+        return "the time"
+    if v.dimensions and v.type == "String":
+        return "an array of strings"
+    return _NOT_EXCHANGED.get(v.type, "")
+
+
+def is_ticked(v: Any) -> bool:
+    """Whether a variable (of FMPy) is a clock that the master would have to tick by the time."""
+    return bool(v.type == "Clock" and v.causality == "input" and v.intervalVariability != "triggered")
 
 
 def element_names(v: Any) -> list[str]:

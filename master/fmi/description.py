@@ -13,7 +13,7 @@ from xml.etree import ElementTree as ET
 
 from ..errors import ConfigError
 from . import value_types
-from .arrays import element_names, elements, first_number, is_exchanged
+from .arrays import element_names, elements, first_number, is_ticked, not_exchanged
 from .units import Unit
 
 
@@ -73,7 +73,12 @@ class DeclaredDelay:
 
 @dataclass(frozen=True)
 class Description:
-    """One FMU for co-simulation."""
+    """
+    One FMU for co-simulation.
+
+    `not_exchanged` says of each variable that the master neither sets nor gets what it is;
+    `ticked_clocks` are those that an FMU in event mode expects the master to tick.
+    """
 
     path: Path
     fmi_version: str
@@ -85,6 +90,9 @@ class Description:
     can_get_and_set_state: bool = False
     needs_execution_tool: bool = False
     once_per_process: bool = False
+    has_event_mode: bool = False
+    not_exchanged: Mapping[str, str] = field(default_factory=dict)
+    ticked_clocks: tuple[str, ...] = ()
     feedthrough: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     influences: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
@@ -134,23 +142,20 @@ def read_description(path: Path) -> Description:
         raise ConfigError([f"{path}: model description cannot be read: {error}"]) from None
     if model.coSimulation is None:
         raise ConfigError([f"{path}: not for co-simulation, got an FMU for model exchange only"])
-    units = {u.name: _unit(u) for u in model.unitDefinitions}
     return Description(
         path=path,
         fmi_version=version,
         model_name=model.modelName,
         model_identifier=model.coSimulation.modelIdentifier,
         token=model.guid or model.instantiationToken,
-        variables=tuple(
-            part
-            for v in model.modelVariables
-            if is_exchanged(v)
-            for part in elements(_variable(v, units, version), v)
-        ),
+        variables=_variables(model, version),
         delays=tuple(_delays(root)),
         can_get_and_set_state=bool(model.coSimulation.canGetAndSetFMUstate),
         needs_execution_tool=bool(model.coSimulation.needsExecutionTool),
         once_per_process=bool(model.coSimulation.canBeInstantiatedOnlyOncePerProcess),
+        has_event_mode=bool(model.coSimulation.hasEventMode),
+        not_exchanged={v.name: what for v in model.modelVariables if (what := not_exchanged(v))},
+        ticked_clocks=tuple(v.name for v in model.modelVariables if is_ticked(v)),
         feedthrough={
             name: _dependencies(u, model) for u in model.outputs for name in element_names(u.variable)
         },
@@ -158,6 +163,13 @@ def read_description(path: Path) -> Description:
             e.get("output", ""): tuple((e.get("inputs") or "").split()) for e in root.iter("Influence")
         },
     )
+
+
+def _variables(model: Any, version: str) -> tuple[Variable, ...]:
+    """All variables that the master exchanges, arrays by their elements."""
+    units = {u.name: _unit(u) for u in model.unitDefinitions}
+    exchanged = (v for v in model.modelVariables if not not_exchanged(v))
+    return tuple(part for v in exchanged for part in elements(_variable(v, units, version), v))
 
 
 def _read_xml(path: Path) -> ET.Element:

@@ -11,6 +11,7 @@ from .slave import CInterface
 from .value_types import FLOAT64, INT32, INT_BOOLEAN
 
 _NAMES = {Kind.REAL: "Real", Kind.INTEGER: "Integer", Kind.BOOLEAN: "Boolean", Kind.STRING: "String"}
+_TERMINATED = 3  # fmi2Terminated of fmi2StatusKind
 _EXCHANGED = ((Kind.REAL, FLOAT64), (Kind.INTEGER, INT32), (Kind.BOOLEAN, INT_BOOLEAN))
 
 
@@ -35,6 +36,12 @@ class Fmi2Slave(FmuSlave):
         self.set_start_values(start)
         self._call(self._fmu.setupExperiment, startTime=t0)
         self._call(self._fmu.enterInitializationMode)
+
+    def asked_for_end(self) -> bool:
+        try:
+            return bool(self._fmu.getBooleanStatus(_TERMINATED))
+        except Exception:  # FMPy: the FMU does not answer the question
+            return False
 
     def _instantiate(self) -> Any:
         from fmpy.fmi2 import FMU2Slave

@@ -7,6 +7,7 @@ from typing import Any
 
 from ..system.values import parse
 from .description import Kind, Variable
+from .event_mode import EventMode
 from .fmu import WHOLE, FmuSlave, address, identity
 from .slave import CInterface
 from .value_types import BOOLEAN, FLOAT32, FLOAT64, NAMES
@@ -28,7 +29,7 @@ class Fmi3Slave(FmuSlave):
         return CInterface(
             version=3,
             component=self._fmu.component,
-            do_step=address(dll.fmi3DoStep),
+            do_step=address(dll.fmi3DoStep) if self._events is None else self._events.do_step,
             get_state=address(dll.fmi3GetFMUState) if saves else 0,
             set_state=address(dll.fmi3SetFMUState) if saves else 0,
             free_state=address(dll.fmi3FreeFMUState) if saves else 0,
@@ -69,14 +70,36 @@ class Fmi3Slave(FmuSlave):
         from fmpy.fmi3 import FMU3Slave
 
         self._arrays: dict[int, list[float | str]] = {}
+        self._events: EventMode | None = None
         fmu = FMU3Slave(
             instanceName=self.name,
             guid=self.description.token,
             unzipDirectory=self._folder,
             modelIdentifier=self.description.model_identifier,
         )
-        fmu.instantiate(loggingOn=True, logMessage=self._log)
+        try:
+            fmu.instantiate(loggingOn=True, logMessage=self._log)
+        except Exception:  # FMPy raises bare exceptions
+            if not self.description.has_event_mode:
+                raise
+            self._messages.clear()
+            self._refuse_ticked_clocks()
+            fmu.instantiate(loggingOn=True, logMessage=self._log, eventModeUsed=True, earlyReturnAllowed=True)
+            self._events = EventMode(fmu)
         return fmu
+
+    def _refuse_ticked_clocks(self) -> None:
+        if self.description.ticked_clocks:
+            names = ", ".join(self.description.ticked_clocks)
+            raise ValueError(
+                f"works in event mode only, with clocks that the master would have to tick: {names}"
+            )
+
+    def exit_initialisation(self) -> None:
+        """Leave initialisation mode; an FMU in event mode settles its discrete states then."""
+        super().exit_initialisation()
+        if self._events is not None:
+            self._call(self._events.update)
 
     def _setter(self, variable: Variable) -> tuple[Callable[..., Any], Callable[[Any], Any]]:
         name = "String" if variable.kind is Kind.STRING else NAMES[variable.value_type]

@@ -66,10 +66,13 @@ class FmuSlave:
     def last_message(self) -> str:
         return self._messages[-1] if self._messages else ""
 
-    def close(self, *, failed: bool) -> None:
-        if not failed:
+    def asked_for_end(self) -> bool:
+        return False
+
+    def close(self, *, failed: bool, fatal: bool = False) -> None:
+        if not fatal:
             try:
-                if self._is_initialised:
+                if self._is_initialised and not failed:
                     self._fmu.terminate()
                 self._free()
             except Exception as error:  # an FMU that fails at its end has given its results already

@@ -58,6 +58,10 @@ class Slave(Protocol):
         """What the slave said last through its logger, empty if nothing."""
         ...
 
-    def close(self, *, failed: bool) -> None:
-        """End the slave; after a fatal status (`failed`) it is not called any more."""
+    def asked_for_end(self) -> bool:
+        """Whether the step that it discarded (FMI 2.0) is one at which it ends the simulation."""
+        ...
+
+    def close(self, *, failed: bool, fatal: bool = False) -> None:
+        """End the slave: not terminated if it failed, not called any more after a fatal status."""
         ...

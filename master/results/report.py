@@ -74,7 +74,7 @@ def _summarise(experiment: Experiment, outcome: Outcome, files: dict[str, str], 
 def _message(outcome: Outcome) -> str:
     if outcome.error is not None:
         return str(outcome.error)
-    return f"diverged: {outcome.cause}" if outcome.cause else ""
+    return f"{outcome.status}: {outcome.cause}" if outcome.cause else ""
 
 
 _LABELS = {

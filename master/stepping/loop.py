@@ -14,11 +14,10 @@ from numpy.typing import NDArray
 
 from ..fmi.value_types import FLOAT64, LARGEST_SIZE, pack, unpack
 from . import calls
-from .operations import channel, close_loop, extrapolate
-from .program import CHANNEL, CHECK, COPY, EXTRAPOLATE, GET, KEEP, SAVE, SET, STEP, Memory
+from .operations import channel, close_loop, extrapolate, heed
+from .program import CHANNEL, CHECK, COPY, EXTRAPOLATE, GET, KEEP, SAVE, SET, STEP, WARNING, Memory
 
-DONE, FAILED, OUT_OF_LIMITS, NOT_CONVERGED, TRIGGERED = range(5)
-WARNING = 1
+DONE, FAILED, OUT_OF_LIMITS, NOT_CONVERGED, TRIGGERED, ENDED = range(6)
 _COMPILED = ("stepping/loop", "stepping/operations", "stepping/calls", "stepping/program", "fmi/value_types")
 
 Floats = NDArray[np.float64]
@@ -97,8 +96,8 @@ def _state(memory: Memory, i: int) -> int:
 
 
 @register_jitable
-def _observe(values: Floats, watch: Watch, row: Floats) -> tuple[int, int]:
-    """Record one whole row; give DONE, or OUT_OF_LIMITS or TRIGGERED with the first signal or trigger."""
+def _observe(values: Floats, watch: Watch, row: Floats, ended: int) -> tuple[int, int]:
+    """Record one whole row; give DONE, or with its first cause OUT_OF_LIMITS, ENDED or TRIGGERED."""
     beyond = -1
     for j in range(watch.record.size - 1, -1, -1):
         value = values[watch.record[j]]
@@ -107,6 +106,8 @@ def _observe(values: Floats, watch: Watch, row: Floats) -> tuple[int, int]:
             beyond = j
     if beyond >= 0:
         return OUT_OF_LIMITS, beyond
+    if ended >= 0:
+        return ENDED, ended
     for j in range(watch.triggers.shape[0]):
         value = values[watch.triggers[j, 0]]
         if watch.triggers[j, 1] and watch.thresholds[j, 0] * (value - watch.thresholds[j, 1]) > 0.0:
@@ -129,17 +130,17 @@ def execute(
         rows: Values after each tick, shape (ticks, recorded signals), written.
 
     Returns:
-        Outcome, number of complete ticks, what it is about (FAILED: operation, OUT_OF_LIMITS: signal,
+        Outcome, number of complete ticks, what it is about (FAILED, ENDED: operation, OUT_OF_LIMITS: signal,
         NOT_CONVERGED: row of `residuals`, TRIGGERED: trigger), FMI status.
+
+    No array is passed on in the common branches: numba would count references each time.
     """
-    # no array is passed on in the common branches: numba would count references each time
     operations, slaves, blocks = memory.operations, memory.slaves, memory.blocks
     values, conversions = memory.values, memory.conversions
-    scratch = np.zeros(LARGEST_SIZE * max(4, values.size), dtype=np.uint8)
-    data, answers = values.ctypes.data, scratch.ctypes.data
-    t0, h = grid
+    scratch, asked = np.zeros(LARGEST_SIZE * values.size, np.uint8), np.zeros(32, np.uint8)
+    (t0, h), data, answers = grid, values.ctypes.data, asked.ctypes.data
     for k in range(ticks[0], ticks[1]):
-        i, status, back, worst = 0, 0, -1, -1
+        i, status, worst, ended = 0, 0, -1, -1
         while i < operations.shape[0]:
             code, every, a, b = operations[i, 0], operations[i, 1], operations[i, 2], operations[i, 3]
             c, d = operations[i, 4], operations[i, 5]
@@ -150,8 +151,10 @@ def execute(
             elif code <= CHANNEL:
                 _move(values, memory.rings, memory.channels, k, (code, a, b, c, d))
             elif code == STEP:
-                slave = (slaves[a, 0], slaves[a, 1])
-                status = _do_step(slave, b, t0 + (k + 1 - every) * h, every * h, answers)
+                slave, begin = (slaves[a, 0], slaves[a, 1]), t0 + (k + 1 - every) * h
+                status = _do_step(slave, b, begin, every * h, answers)
+                if asked[0] | asked[8] | asked[16]:
+                    status, ended = heed(slave, b, (begin, begin + every * h), asked, (status, ended, i))
             elif code <= GET:
                 slave = (slaves[a, 0], slaves[a, 1])
                 block = (blocks[c, 0], blocks[c, 1], blocks[c, 4], blocks[c, 2], blocks[c, 3])
@@ -160,16 +163,15 @@ def execute(
                 else:
                     status = _exchange_packed(slave, b, (*block, code), values, scratch)
             elif code == CHECK:
-                back, worst = close_loop(memory, a)
+                i, ended, worst = close_loop(memory, a, i, ended)
                 if worst >= 0:
                     return NOT_CONVERGED, k - ticks[0], worst, 0
-                i = back - 1 if back >= 0 else i
             else:
                 status = _state(memory, i)
             if status > WARNING:
                 return FAILED, k - ticks[0], i, status
             i += 1
-        outcome, where = _observe(values, watch, rows[k - ticks[0]])
+        outcome, where = _observe(values, watch, rows[k - ticks[0]], ended)
         if outcome != DONE:
             return outcome, k - ticks[0] + 1, where, 0
     return DONE, ticks[1] - ticks[0], 0, 0

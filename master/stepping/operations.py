@@ -8,9 +8,13 @@ import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
-from .program import DELAY, DROP, FALLBACK, FREEZE, HELD, JITTER, MODE, OFFSET, RANDOM, Memory
+from . import calls
+from .program import DELAY, DROP, FALLBACK, FREEZE, HELD, JITTER, MODE, OFFSET, RANDOM, WARNING, Memory
 
 Floats = NDArray[np.float64]
+Bytes = NDArray[np.uint8]
+
+STOOD_STILL, WANTED_EVENTS, ENDED_WITHIN = 101, 102, 103  # beside the statuses of FMI, from 0 to 5
 
 _MULTIPLIER, _MODULUS = 48271, 2147483647
 
@@ -29,6 +33,45 @@ def extrapolate(rings: Floats, first: int, order: int, value: float) -> Any:
     before = rings[first + 1]
     rings[first + 1] = last
     return 3.0 * value - 3.0 * last + before
+
+
+@register_jitable
+def heed(
+    slave: tuple[int, int],
+    function: int,
+    span: tuple[float, float],
+    asked: Bytes,
+    state: tuple[int, int, int],
+) -> tuple[int, int]:
+    """
+    Heed what an FMU 3.0 asked for in a step of `span` [s]: after an early return, step on to the end.
+
+    `asked` has cells of 8 bytes: event mode, end of the simulation, early return, time reached [s].
+    `state` is (status, operation at which the end of the simulation was asked for or -1, this operation).
+
+    Returns:
+        Status and the second of `state` anew. The status is STOOD_STILL if it returned without getting on,
+        WANTED_EVENTS if it asks for the event mode that it was not given, ENDED_WITHIN if it ends the
+        simulation before the end of the step.
+    """
+    status, ended, here = state
+    reached, end = span
+    last = asked.view(np.float64)
+    while status <= WARNING and asked[0] == 0 and last[3] < end - 1e-9 * (end - span[0]):
+        if asked[8] != 0:
+            status = ENDED_WITHIN
+        elif not last[3] > reached:
+            status = STOOD_STILL
+        else:
+            reached = last[3]
+            asked[:] = 0
+            status = calls.do_step_3(function, slave[0], reached, end - reached, asked.ctypes.data)
+    if asked[0] != 0 and status <= WARNING:
+        status = WANTED_EVENTS
+    if asked[8] != 0:
+        ended = here
+    asked[:] = 0
+    return status, ended
 
 
 @register_jitable
@@ -54,12 +97,14 @@ def channel(row: Floats, rings: Floats, first: int, n: int, k: int, value: float
 
 
 @register_jitable
-def close_loop(memory: Memory, loop: int) -> tuple[int, int]:
+def close_loop(memory: Memory, loop: int, here: int, ended: int) -> tuple[int, int, int]:
     """
     Decide after a pass over an iterated group whether its wires agree.
 
     Returns:
-        Operation to go back to, or -1 if all agree; row of the worst wire if the passes are used up, else -1.
+        Operation behind which to go on: `here` or that before the next pass; the operation at which an FMU
+        asked for the end of the simulation, or -1 if that was in a pass that is taken back; row of the
+        worst wire if the passes are used up, else -1.
     """
     back, first, end, most, passes = memory.loops[loop]
     worst, largest = -1, 1.0
@@ -71,9 +116,9 @@ def close_loop(memory: Memory, loop: int) -> tuple[int, int]:
             worst, largest = j, ratio
     if worst < 0:
         memory.loops[loop, 4] = 0
-        return -1, -1
+        return here, ended, -1
     memory.loops[loop, 4] = passes + 1
     if passes + 1 >= most:
         memory.loops[loop, 4] = 0
-        return -1, worst
-    return back, -1
+        return here, ended, worst
+    return back - 1, -1, -1

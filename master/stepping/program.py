@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 COPY, KEEP, EXTRAPOLATE, CHANNEL, SET, STEP, GET, SAVE, RESTORE, CHECK = range(10)
 
+WARNING = 1  # the worst status of FMI with which a run goes on
+
 PASS, FREEZE, DROP = range(3)
 MODE, OFFSET, DELAY, JITTER, FALLBACK, RANDOM, HELD = range(7)
 

@@ -17,17 +17,25 @@ from ..fmi.slave import Slave
 from ..results.recorder import Recorder, Result, Sink
 from ..system.graph import Port, System
 from . import loop
+from .operations import ENDED_WITHIN, STOOD_STILL, WANTED_EVENTS
 from .pacing import Pacer
 from .program import Program
 from .scenario import Director, Scenario
 
-COMPLETED, DIVERGED, FAILED, INTERRUPTED, OVERRUN = (
+COMPLETED, DIVERGED, FAILED, INTERRUPTED, OVERRUN, TERMINATED = (
     "completed",
     "diverged",
     "failed",
     "interrupted",
     "overrun",
+    "terminated",
 )
+
+DISCARD = STATUS.index("discard")
+_DEVIATIONS = {
+    STOOD_STILL: "returned early from a step without getting on, expected the step's end",
+    WANTED_EVENTS: "asks for event mode, which it was not given, expected that it handles its events itself",
+}
 
 _CHUNK_SECONDS = 0.1
 _FIRST_CHUNK = 64
@@ -68,7 +76,7 @@ class RunOptions:
 
 @dataclass
 class Outcome:
-    """How a run ended and what it computed; `error` says why if it failed, `cause` why it diverged."""
+    """How a run ended and what it computed; `error` says why if it failed, `cause` why it ended early."""
 
     status: str
     result: Result
@@ -147,6 +155,8 @@ class RunLoop:
             return self._not_converged(where)
         if outcome == loop.OUT_OF_LIMITS:
             return self._diverged(where)
+        if outcome == loop.ENDED:
+            return self._terminated(where)
         if outcome == loop.TRIGGERED:
             self.director.fire(where, self.grid.time(self.done))
         return None
@@ -164,10 +174,20 @@ class RunLoop:
 
     def _failed(self, operation: int, status: int) -> Outcome:
         instance = self.program.instance_of(operation)
-        name = STATUS[status] if 0 <= status < len(STATUS) else str(status)
-        message = self.slaves[instance].last_message() or f"answered with status {name}"
-        error = FmuError(instance, message, time=self.grid.time(self.done), status=name)
+        slave = self.slaves[instance]
+        if status == ENDED_WITHIN or (status == DISCARD and slave.asked_for_end()):
+            return self._terminated(operation)
+        name = STATUS[status] if 0 <= status < len(STATUS) else "error"
+        said = _DEVIATIONS.get(status) or slave.last_message() or f"answered with status {name}"
+        error = FmuError(instance, said, time=self.grid.time(self.done), status=name)
         return self._outcome(FAILED, error=error)
+
+    def _terminated(self, operation: int) -> Outcome:
+        """End the run where an FMU asks for it; the rows stay."""
+        instance = self.program.instance_of(operation)
+        said = self.slaves[instance].last_message()
+        cause = f"{instance} at t={self.grid.time(self.done):.9g} s: asks for the end of the simulation"
+        return self._outcome(TERMINATED, cause=cause + (f", {said}" if said else ""))
 
     def _not_converged(self, row: int) -> Outcome:
         memory = self.program.memory

@@ -222,6 +222,8 @@ def signal_fault(
     names = [v.name for v in d.variables if causalities is None or v.causality in causalities]
     if variable in names:
         return None
+    if variable in d.not_exchanged:
+        return f"cannot be exchanged, got {signal} ({d.not_exchanged[variable]}), {expected(variable, names)}"
     what = "variable" if causalities is None else " or ".join(causalities)
     return f"no such {what} of {instance} ({d.model_name}), got {variable!r}, {expected(variable, names)}"
 

@@ -66,6 +66,8 @@ def settable(d: Description, name: str, key: str, value: Value, connected: set[s
         for v in d.variables
         if v.causality in ("parameter", "input") or v.initial in ("exact", "approx")
     ]
+    if key in d.not_exchanged:
+        raise ValueError(f"cannot be set, got {key!r} ({d.not_exchanged[key]}), {expected(key, names)}")
     if variable is None:
         raise ValueError(f"no such variable in {name} ({d.model_name}), got {key!r}, {expected(key, names)}")
     if key not in names or variable.variability == "constant":

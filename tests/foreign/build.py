@@ -57,7 +57,9 @@ def _array(kind: str, name: str, reference: int, more: str, shape: tuple[int, ..
     return f'<{kind} name="{name}" valueReference="{reference}" {more}>{dimensions}</{kind}>'
 
 
-def describe_3(interface: str = '<CoSimulation modelIdentifier="types"/>', more: str = "") -> str:
+def describe_3(
+    interface: str = '<CoSimulation modelIdentifier="types"/>', more: str = "", token: str = "types"
+) -> str:
     """Write the description of the FMU 3.0."""
     variables, fixed = [], 'causality="parameter" variability="fixed"'
     for i, name in enumerate(TYPES_3):
@@ -70,7 +72,7 @@ def describe_3(interface: str = '<CoSimulation modelIdentifier="types"/>', more:
             f'<{name} name="{name}_out" valueReference="{2 * i + 1}" causality="output" {common}/>'
         )
     return f"""<?xml version="1.0" encoding="UTF-8"?>
-<fmiModelDescription fmiVersion="3.0" modelName="types" instantiationToken="types">
+<fmiModelDescription fmiVersion="3.0" modelName="types" instantiationToken="{token}">
   {interface}
   <ModelVariables>
     <Float64 name="time" valueReference="999" causality="independent" variability="continuous"/>

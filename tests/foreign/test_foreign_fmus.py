@@ -1,3 +1,4 @@
+import re
 import sys
 
 import numpy as np
@@ -109,6 +110,116 @@ def test_a_status_ends_the_run_with_the_words_of_the_fmu(fmu, tmp_path, version,
 
     assert (outcome.status, outcome.steps, outcome.error.status) == ("failed", 2, name)
     assert str(outcome.error) == "a at t=0.2 s: rope torn"
+
+
+END, END_WITHIN, EARLY, NO_PROGRESS, EVENTS = range(10, 15)  # requests of the test FMUs from 0.2 s on
+ASKS = "asks for the end of the simulation, rope torn"
+
+
+@pytest.mark.parametrize(
+    ("version", "answer", "rows", "at"),
+    [("2.0", END, 3, "0.2"), ("3.0", END, 4, "0.3"), ("3.0", END_WITHIN, 3, "0.2")],
+)
+def test_an_fmu_may_end_the_simulation(fmu, tmp_path, version, answer, rows, at):
+    """Rows of whole steps stay: the step at whose end it asks, but not one that it breaks off."""
+    fmu(version)
+    source = f"./types{version[0]}.fmu"
+    fmus = {"a": {"source": source, "parameters": {"answer": answer, "label": "rope torn"}}}
+    fmus |= {"b": {"source": source}}
+    outcome = run(tmp_path, fmus)
+
+    assert (outcome.status, outcome.error, len(outcome.result.time)) == ("terminated", None, rows)
+    assert outcome.cause == f"a at t={at} s: {ASKS}"
+
+
+def test_an_fmu_that_returns_early_is_stepped_on_to_the_communication_point(fmu, tmp_path):
+    fmu("3.0")
+    outcome = run(tmp_path, {"a": {"source": "./types3.fmu", "parameters": {"answer": EARLY}}})
+
+    # half of what is left, three times, and the rest: four calls a step, counted on top of 2
+    assert outcome.status == "completed"
+    assert outcome.result["a.b[1,1]"].tolist() == [2.0, 2.0, 2.0, 6.0, 10.0, 14.0]
+
+
+@pytest.mark.parametrize(
+    ("answer", "problem"),
+    [
+        (NO_PROGRESS, "returned early from a step without getting on, expected the step's end"),
+        (
+            EVENTS,
+            "asks for event mode, which it was not given, expected that it handles its events itself",
+        ),
+    ],
+)
+def test_an_answer_that_is_not_allowed_is_named(fmu, tmp_path, answer, problem):
+    fmu("3.0")
+    outcome = run(tmp_path, {"a": {"source": "./types3.fmu", "parameters": {"answer": answer}}})
+
+    assert (outcome.status, outcome.steps) == ("failed", 2)
+    assert str(outcome.error) == f"a at t=0.2 s: {problem}"
+
+
+COSIMULATION = '<CoSimulation modelIdentifier="types"{}/>'
+EVENT_MODE = COSIMULATION.format(' hasEventMode="true"')
+
+
+def test_an_fmu_that_works_in_event_mode_only_is_led_through_its_events(fmu, tmp_path):
+    fmu("3.0", describe_3(EVENT_MODE, token="events"))
+    fmus = {"a": {"source": "./types3.fmu", "start": {"Int8_in": 7}}, "b": {"source": "./types3.fmu"}}
+    outcome = run(tmp_path, fmus, wires(("a.Int8_out", "b.Int8_in")))
+
+    assert outcome.status == "completed"
+    assert outcome.result["b.Int8_out"][1:].tolist() == 5 * [7.0]
+    # entered at the end of each step and at 0.15 s and 0.35 s; two updates after each, one before a step
+    assert outcome.result["b.ib[1]"].tolist() == [0, 1, 3, 4, 6, 7]
+    assert outcome.result["b.ib[2]"].tolist() == [2, 5, 10, 13, 18, 21]
+
+
+def test_an_fmu_that_would_have_its_clocks_ticked_is_named(fmu, tmp_path):
+    attributes = 'causality="input" intervalVariability="constant" intervalDecimal="0.1"'
+    fmu("3.0", describe_3(EVENT_MODE, f'<Clock name="tick" valueReference="130" {attributes}/>', "events"))
+
+    with pytest.raises(FmuError, match="with clocks that the master would have to tick: tick"):
+        run(tmp_path, {"a": {"source": "./types3.fmu"}})
+
+
+def test_an_fmu_that_needs_what_it_does_not_declare_says_so_itself(fmu, tmp_path):
+    fmu("3.0", describe_3(token="events"))
+
+    with pytest.raises(FmuError, match=r"^a: works in event mode only$"):
+        run(tmp_path, {"a": {"source": "./types3.fmu"}})
+
+
+NOT_EXCHANGED = """
+    <Clock name="tick" valueReference="130" causality="input" intervalVariability="triggered"/>
+    <Clock name="tock" valueReference="131" causality="output" intervalVariability="triggered"/>
+    <Binary name="blob" valueReference="132" causality="output"/>
+"""
+
+
+@pytest.mark.parametrize(
+    ("source", "target", "end", "what"),
+    [
+        ("a.tock", "b.Int8_in", "from", "a.tock (a clock)"),
+        ("a.Int8_out", "b.tick", "to", "b.tick (a clock)"),
+        ("a.blob", "b.Int8_in", "from", "a.blob (a binary)"),
+    ],
+)
+def test_a_wire_that_is_not_supported_is_named(fmu, tmp_path, source, target, end, what):
+    fmu("3.0", describe_3(EVENT_MODE, NOT_EXCHANGED))
+    fmus = {name: {"source": "./types3.fmu"} for name in "ab"}
+    with pytest.raises(ConfigError) as caught:
+        run(tmp_path, fmus, wires((source, target)))
+
+    [problem] = caught.value.problems
+    assert re.search(rf"system\.yaml:\d+: connections\[0\]\.{end}: cannot be exchanged, got ", problem)
+    assert what in problem
+
+
+def test_a_start_value_of_a_clock_is_refused(fmu, tmp_path):
+    fmu("3.0", describe_3(EVENT_MODE, NOT_EXCHANGED))
+    with pytest.raises(ConfigError, match=r"start\.tick: cannot be set, got 'tick' \(a clock\)"):
+        run(tmp_path, {"a": {"source": "./types3.fmu", "start": {"tick": True}}})
 
 
 @pytest.mark.parametrize("version", FOLDERS)

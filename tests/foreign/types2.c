@@ -3,6 +3,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+enum { END = 10 }; /* `answer`: discard a step and end the simulation */
+
 typedef void Log(void *environment, const char *name, int status, const char *category, const char *text, ...);
 
 typedef struct {
@@ -73,8 +75,14 @@ int fmi2DoStep(Fmu *c, double t, double h, int no_set) {
     (void)h, (void)no_set;
     outputs(c);
     if (c->answer > 0 && t > 0.15) {
-        c->callbacks->log(c->callbacks->environment, "fmu", c->answer, "status", c->label);
-        return c->answer;
+        int status = c->answer == END ? 2 : c->answer;
+        c->callbacks->log(c->callbacks->environment, "fmu", status, "status", c->label);
+        return status;
     }
+    return 0;
+}
+
+int fmi2GetBooleanStatus(Fmu *c, int kind, int *value) {
+    *value = kind == 3 && c->answer == END;
     return 0;
 }

@@ -153,12 +153,12 @@ def test_every_slave_is_closed_after_a_run():
         assert slave.events == ["enter_initialisation", "exit_initialisation", "closed"]
 
 
-@pytest.mark.parametrize("status", [ERROR, FATAL])
-def test_a_slave_that_failed_is_abandoned_and_the_others_closed(status):
+@pytest.mark.parametrize(("status", "end"), [(ERROR, "freed"), (FATAL, "abandoned")])
+def test_a_slave_that_failed_is_freed_unless_fatally_and_the_others_closed(status, end):
     made = bench({"bad": failing(1.0, status), "good": clock()})
     made.run(3)
 
-    assert made.slaves["bad"].events[-1] == "abandoned"
+    assert made.slaves["bad"].events[-1] == end
     assert made.slaves["good"].events[-1] == "closed"
 
 
