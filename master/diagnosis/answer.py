@@ -9,11 +9,12 @@ from typing import Any
 from fmu_sources.export import build
 
 from ..experiment import prepare
+from ..fmi.description import read_description
 from .case import load_case
-from .corrected import correct
-from .page import page
-from .panels import panels
-from .pipeline import diagnose
+from .corrected import Corrected, correct
+from .pipeline import Diagnosis, diagnose
+from .report.page import page
+from .report.panels import panels
 from .sealed import sealed
 from .study import Progress
 from .verdict import as_dict
@@ -35,10 +36,18 @@ def answer(path: Path, folder: Path, progress: Progress) -> dict[str, Any]:
         found = sealed(diagnosis, corrected.native)
         progress("report is drawn")
         drawn = panels(diagnosis, found, folder / "panels")
-        files = [*corrected.files, *drawn, folder / "report.html", folder / "report.json"]
+        files = [*corrected.files, *(p.file for p in drawn), folder / "report.html", folder / "report.json"]
         report = as_dict(diagnosis, found, [f.relative_to(folder).as_posix() for f in files])
+        units = _units(diagnosis, corrected)
     finally:
         diagnosis.close()
     build.write(folder / "report.json", (json.dumps(report, indent=2, allow_nan=False) + "\n").encode())
-    build.write(folder / "report.html", page(report, drawn).encode())
+    build.write(folder / "report.html", page(report, drawn, units).encode())
     return report
+
+
+def _units(diagnosis: Diagnosis, corrected: Corrected) -> dict[str, str]:
+    """Units of all variables `fmu.name`, of models with effects too."""
+    found = {**diagnosis.system.descriptions}
+    found |= {fmu: read_description(file) for fmu, file in corrected.native.items()}
+    return {f"{fmu}.{name}": v.unit_name for fmu, d in found.items() for name, v in d.by_name.items()}

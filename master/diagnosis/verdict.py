@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from fmu_sources.effects.catalogue import listed
+
 from .part_result import PartResult
 from .pipeline import Diagnosis
 from .sealed import SealedPart
@@ -171,15 +173,20 @@ def _why(r: Ranked, winner: Ranked | None, members: list[str]) -> str:
 
 
 def _parameters(part: PartResult) -> dict[str, Any]:
+    """What was fitted, of base and effects; the many coefficients of a learned law are drawn instead."""
+    nominal, base, fit = {p.name: p.start for p in part.study.base}, part.base, part.fit
+    learned = tuple(f"{a.fmu}.{a.prefix}_" for a in part.chosen.added if a.effect not in listed())
     return {
-        p.name: {
-            "nominal": p.start,
-            "refitted": part.base.values[p.name],
-            "deviation_refitted": part.base.deviations[p.name],
-            "with_effect": part.fit.values[p.name],
-            "deviation": part.fit.deviations[p.name],
+        name: {
+            "nominal": nominal.get(name),
+            "refitted": base.values.get(name),
+            "deviation_refitted": base.deviations.get(name),
+            "with_effect": value,
+            "deviation": fit.deviations[name],
+            "at_bound": name in fit.at_bound,
         }
-        for p in part.study.base
+        for name, value in fit.values.items()
+        if not name.startswith(learned)
     }
 
 

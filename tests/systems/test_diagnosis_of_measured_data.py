@@ -7,10 +7,16 @@ from pathlib import Path
 
 import pytest
 import yaml
+from browser import opened
 from click.testing import CliRunner
 
 from master.cli.diagnose import diagnose
 
+KEYS = {"verdict", "effects", "subsystem", "before", "after", "explained_share", "ceiling"} | {
+    "runners_up",
+    "undistinguished",
+    "files",
+}
 CASES = Path(__file__).parents[2] / "configs" / "measured"
 
 
@@ -43,13 +49,48 @@ def test_axis_lacks_asymmetric_friction(emps):
     assert report["after"]["axis.force"]["nrmse_percent"] <= 5.4
 
 
-def test_report_stands_alone(emps):
+def test_report_has_the_keys_that_are_promised(emps):
     report, folder = emps
-    page = (folder / "report.html").read_text()
+    error = {"rmse", "nrmse_percent", "max", "energy", "rmse_interval"}
 
-    assert "data:image/png;base64," in page
-    assert "http" not in page
+    assert set(report) >= KEYS
+    assert all(set(report[which]["axis.force"]) == error for which in ("before", "after", "nominal"))
+    low, high = report["after"]["axis.force"]["rmse_interval"]
+    assert low < report["after"]["axis.force"]["rmse"] < high < report["before"]["axis.force"]["rmse"]
+    assert report["ceiling"]["share"] > 0.9
+    assert all(set(r) == {"round", "effect", "gain", "why"} for r in report["runners_up"])
+    assert json.loads((folder / "report.json").read_text()) == report
     assert all((folder / name).is_file() for name in report["files"])
+
+
+def test_every_parameter_has_its_uncertainty(emps):
+    parameters = emps[0]["parameters"]
+
+    assert {"axis.mass", "axis.damping", "axis.friction_asymmetric_friction_forward"} <= set(parameters)
+    assert all(0.0 < p["deviation"] < abs(p["with_effect"]) for p in parameters.values())
+
+
+@pytest.fixture(scope="module")
+def browser(emps, tmp_path_factory):
+    with opened(emps[1] / "report.html", tmp_path_factory.mktemp("profile")) as found:
+        yield found
+
+
+def test_page_shows_the_verdict_first_and_all_panels_without_an_error(emps, browser):
+    report, _ = emps
+    images = browser.run("return [...document.images].map(i => i.complete && i.naturalWidth >= 1000)")
+    fetched = browser.run("return performance.getEntriesByType('resource').map(e => e.name.slice(0, 5))")
+    sizes = browser.run(
+        "return [...document.querySelectorAll('p, td, th, li, figcaption')]"
+        ".map(e => parseFloat(getComputedStyle(e).fontSize))"
+    )
+
+    assert browser.run("return document.querySelector('p').textContent") == report["sentence"]
+    assert images == [True] * sum(f.endswith(".png") for f in report["files"])
+    assert set(fetched) <= {"data:"}
+    assert min(sizes) >= 13.0
+    assert browser.run("return document.documentElement.scrollWidth") == 1280
+    assert [entry for entry in browser.log() if entry["level"] == "SEVERE"] == []
 
 
 def test_coulomb_and_offset_have_the_parameters_of_the_authors(data, tmp_path):

@@ -3,33 +3,18 @@
 from __future__ import annotations
 
 import json
-import os
 import re
-import shutil
-import socket
-import subprocess
-import time
-import urllib.error
-import urllib.request
-from collections.abc import Iterator
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
 
 import pytest
+from browser import opened
 from click.testing import CliRunner
 
 from master.__main__ import main
 from master.reproduce.claim import expected_verdict
 from master.reproduce.figures import FIGURES
 from master.reproduce.reproduction import CLAIMS
-
-FLAGS = (
-    "--headless --no-sandbox --disable-gpu --disable-quic --no-first-run --disable-background-networking "
-    "--disable-component-update --disable-sync --hide-scrollbars --window-size=1280,900"
-)
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
-DRIVER = shutil.which("chromedriver")
 
 
 @pytest.fixture(scope="module")
@@ -59,68 +44,10 @@ def test_every_figure_is_a_png_file_too(reproduced):
         assert Path(reproduced.files["figures"][figure.id]).read_bytes().startswith(b"\x89PNG")
 
 
-class Browser:
-    """A page in headless Chromium by the WebDriver protocol."""
-
-    def __init__(self, port: int, profile: Path) -> None:
-        self.base = f"http://127.0.0.1:{port}"
-        options = {"binary": CHROMIUM, "args": [*FLAGS.split(), f"--user-data-dir={profile}"]}
-        wanted = {"goog:chromeOptions": options, "goog:loggingPrefs": {"browser": "ALL"}}
-        self.session = self("/session", {"capabilities": {"alwaysMatch": wanted}})["sessionId"]
-
-    def __call__(self, path: str, data: dict[str, Any] | None = None) -> Any:
-        body = None if data is None else json.dumps(data).encode()
-        request = urllib.request.Request(self.base + path, body, {"Content-Type": "application/json"})
-        opener = urllib.request.build_opener(urllib.request.ProxyHandler({}))
-        with opener.open(request, timeout=60) as answer:
-            return json.load(answer)["value"]
-
-    def run(self, script: str) -> Any:
-        return self(f"/session/{self.session}/execute/sync", {"script": script, "args": []})
-
-    def log(self) -> list[dict[str, Any]]:
-        entries: list[dict[str, Any]] = self(f"/session/{self.session}/se/log", {"type": "browser"})
-        return entries
-
-
-def free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
-
-
 @pytest.fixture(scope="module")
-def browser(reproduced, tmp_path_factory) -> Iterator[Browser]:
-    if CHROMIUM is None or DRIVER is None:
-        message = "no Chromium with its driver: Debian packages chromium and chromium-driver"
-        if os.environ.get("CI"):
-            pytest.fail(message)
-        pytest.skip(message)
-    port = free_port()
-    driver = subprocess.Popen(
-        [DRIVER, f"--port={port}"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
-    )
-    try:
-        opened = open_when_ready(port, tmp_path_factory.mktemp("profile"))
-        url = Path(reproduced.files["page"]).resolve().as_uri()
-        opened(f"/session/{opened.session}/url", {"url": url})
-        yield opened
-    finally:
-        driver.terminate()
-        driver.wait(timeout=20)
-
-
-def open_when_ready(port: int, profile: Path) -> Browser:
-    for _ in range(100):
-        try:
-            return Browser(port, profile)
-        except ConnectionRefusedError:
-            time.sleep(0.1)
-        except urllib.error.URLError as error:
-            if not isinstance(error.reason, ConnectionRefusedError):
-                raise
-            time.sleep(0.1)
-    pytest.fail("the browser's driver does not answer")
+def browser(reproduced, tmp_path_factory):
+    with opened(Path(reproduced.files["page"]), tmp_path_factory.mktemp("profile")) as found:
+        yield found
 
 
 def test_the_page_loads_without_an_error(browser):

@@ -1,0 +1,1 @@
+"""The report of a diagnosis: one page, and its panels as PNG."""

@@ -1,0 +1,116 @@
+"""Tables of the page: errors, parameters, runners-up, tests."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from html import escape
+from typing import Any
+
+MODELS = {"nominal": "nominal", "before": "before", "after": "after"}
+NUMBERS = ("rmse", "nrmse_percent", "max", "energy")
+LEVEL = 0.01
+
+
+def errors(report: Mapping[str, Any], units: Mapping[str, str]) -> str:
+    """RMSE with its interval, NRMSE, maximum and energy of each signal."""
+    rows = []
+    for signal in report["before"]:
+        for which in MODELS:
+            e = report[which][signal]
+            interval = e["rmse_interval"]
+            shown = "-" if interval is None else f"{number(interval[0])} to {number(interval[1])}"
+            rmse, *others = (number(e[k]) for k in NUMBERS)
+            name = f"{signal} [{units.get(signal, '1')}]" if which == "nominal" else ""
+            rows.append([name, which, rmse, shown, *others])
+    head = ["signal", "model", "RMSE", "95 % interval", "NRMSE [%]", "maximum", "energy [1]"]
+    note = (
+        "nominal: parameters as in the system; before: refitted; after: with the effect, as the FMUs that "
+        "were written give it. Interval: bootstrap in blocks longer than the residual's correlation. NRMSE: "
+        "relative to the rms of what was measured. Energy: simulated over measured."
+    )
+    return table(head, rows, numbers=(2, 3, 4, 5, 6)) + _note(note)
+
+
+def parameters(found: Mapping[str, Mapping[str, Any]], units: Mapping[str, str]) -> str:
+    """Each parameter with its unit, before and after, with one standard deviation."""
+    rows = [
+        [
+            name,
+            units.get(name, "1"),
+            number(p["nominal"]),
+            _uncertain(p["refitted"], p["deviation_refitted"]),
+            _uncertain(p["with_effect"], p["deviation"]) + (" (at its bound)" if p["at_bound"] else ""),
+        ]
+        for name, p in found.items()
+    ]
+    head = ["parameter", "unit", "nominal", "refitted, before", "with effect, after"]
+    note = "One standard deviation, of a residual that is taken as white."
+    return table(head, rows, numbers=(2, 3, 4)) + _note(note) if rows else "<p>None was fitted.</p>"
+
+
+def runners_up(found: Iterable[Mapping[str, Any]]) -> str:
+    """Effects that were fitted and not taken."""
+    rows = [[str(r["round"]), r["effect"], number(r["gain"], 3), r["why"]] for r in found]
+    head = ["round", "effect", "gain [1]", "why it lost"]
+    return table(head, rows, numbers=(2,)) if rows else "<p>No other effect came near.</p>"
+
+
+def residuals(found: Mapping[str, Mapping[str, Any]]) -> str:
+    """What the tests say of each part."""
+    head = [
+        "part",
+        "strongest cross-correlation",
+        "any law could explain",
+        "drifting parameters",
+        "whiteness, p",
+    ]
+    note = (
+        "Cross-correlations are prewhitened and corrected for all signals and lags. Whiteness is reported "
+        "and decides nothing."
+    )
+    return table(head, [_tests(part, r) for part, r in found.items()]) + _note(note)
+
+
+def table(head: Sequence[str], rows: Iterable[Sequence[str]], numbers: Sequence[int] = ()) -> str:
+    """Write a table; the columns `numbers` stand right."""
+    kinds = [' class="number"' if i in numbers else "" for i in range(len(head))]
+    top = "".join(f"<th{k}>{escape(h)}</th>" for h, k in zip(head, kinds, strict=True))
+    body = "".join(
+        "<tr>" + "".join(f"<td{k}>{escape(c)}</td>" for c, k in zip(row, kinds, strict=True)) + "</tr>"
+        for row in rows
+    )
+    return f"<table><tr>{top}</tr>{body}</table>"
+
+
+def number(value: Any, digits: int = 4) -> str:
+    """Give a number for people; a dash where there is none."""
+    return "-" if value is None else f"{float(value):.{digits}g}"
+
+
+def _tests(part: str, r: Mapping[str, Any]) -> list[str]:
+    if r["exact"]:
+        return [part, "replayed to rounding", "", "", ""]
+    best = next((c for c in r["correlations"] if c["found"]), None)
+    drifting = [d["parameter"] for d in r["drift"] if d["p_equal"] < LEVEL]
+    return [
+        part,
+        "none" if best is None else f"{best['basis']} at lag {best['lag']}, p = {number(best['p'], 2)}",
+        _ceiling(r["ceiling"]),
+        ", ".join(drifting) or "none",
+        number(r["whiteness_p"], 2),
+    ]
+
+
+def _ceiling(c: Mapping[str, float] | None) -> str:
+    if c is None:
+        return "-"
+    text = f"{number(100.0 * c['share'], 3)} % +- {number(100.0 * c.get('error', 0.0), 2)} %"
+    return text + (f"; after: {number(100.0 * c['share_after'], 3)} %" if "share_after" in c else "")
+
+
+def _uncertain(value: Any, deviation: Any) -> str:
+    return "-" if value is None else f"{number(value, 5)} ± {number(deviation, 2)}"
+
+
+def _note(text: str) -> str:
+    return f'<p class="soft">{escape(text)}</p>'

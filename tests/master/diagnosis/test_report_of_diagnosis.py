@@ -1,0 +1,97 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from master.diagnosis.report.compared import worst_stretch
+from master.diagnosis.report.drawing import broken, thinned
+from master.diagnosis.report.learned_law import surface
+from master.diagnosis.report.page import page
+from master.diagnosis.report.panels import Panel
+from master.diagnosis.report.tables import number, table
+
+
+def test_a_thinned_line_keeps_its_peaks():
+    t = np.arange(100_000.0)
+    values = np.sin(t)
+    values[[777, 50_001]] = 9.0, -8.0
+
+    _, kept = thinned(t, values)
+
+    assert len(kept) < 5_000
+    assert (kept.max(), kept.min()) == (9.0, -8.0)
+
+
+def test_a_line_does_not_bridge_rows_that_are_missing():
+    t, values = broken(np.array([0.0, 0.1, 0.2, 0.7, 0.8]), np.arange(5.0))
+
+    assert np.flatnonzero(np.isnan(t)).tolist() == [3]
+    assert np.flatnonzero(np.isnan(values)).tolist() == [3]
+
+
+def test_the_worst_stretch_is_where_the_power_is():
+    residual = np.full(10_000, 0.1)
+    residual[6_000:6_300] = -5.0
+
+    rows = worst_stretch(residual)
+
+    assert rows.start <= 6_000
+    assert rows.stop >= 6_300
+    assert rows.stop - rows.start == 600
+
+
+def test_a_law_is_drawn_as_splines_reproduce_straight_lines():
+    share = np.linspace(-1.0, 1.0, 9)
+    centres = np.arange(-3, 4) * 0.5  # of splines that are 0.5 of the half range apart
+
+    drawn = surface(np.add.outer(2.0 * centres, -1.0 * centres) + 4.0, share)
+
+    assert drawn == pytest.approx(np.add.outer(2.0 * share, -1.0 * share) + 4.0, abs=1e-12)
+
+
+def error(rmse):
+    return {
+        "rmse": rmse,
+        "nrmse_percent": 10.0 * rmse,
+        "max": 2.0,
+        "energy": 1.0,
+        "rmse_interval": [0.9, 1.1],
+    }
+
+
+def test_the_page_gives_verdict_errors_and_parameters_with_units(tmp_path):
+    (tmp_path / "axis_sealed.png").write_bytes(b"picture")
+    fitted = {"nominal": None, "refitted": None, "deviation_refitted": None}
+    fitted |= {"with_effect": 20.5, "deviation": 0.12, "at_bound": False}
+    report = {
+        "name": "a <case>",
+        "verdict": "traced",
+        "sentence": "Traced: axis.friction: coulomb.",
+        "effects": [{"fmu": "axis", "slot": "friction", "effect": "coulomb", "parameters": {"level": 20.5}}],
+        "subsystem": "axis",
+        "nominal": {"axis.force": error(4.0)},
+        "before": {"axis.force": error(2.0)},
+        "after": {"axis.force": error(1.0)},
+        "explained_share": 0.75,
+        "undistinguished": [{"family": ["coulomb", "dahl"], "experiment": "Record slowly."}],
+        "runners_up": [{"round": 1, "effect": "axis.friction: dahl", "gain": 0.5, "why": "explains less"}],
+        "parameters": {"axis.friction_coulomb_level": fitted},
+        "residual": {"axis": {"exact": True}},
+        "files": ["report.json"],
+    }
+    units = {"axis.force": "N", "axis.friction_coulomb_level": "N"}
+
+    text = page(report, [Panel("axis", tmp_path / "axis_sealed.png", "Below it.")], units)
+
+    assert "a &lt;case&gt;" in text
+    assert text.index("Traced: axis.friction: coulomb.") < text.index("<table>")
+    assert "RMSE 2 &rarr; <b>1 N</b> (20 &rarr; 10 %)" in text
+    assert "<td>N</td>" in text
+    assert "20.5 ± 0.12" in text
+    assert "coulomb or dahl. <b>Record slowly.</b>" in text
+    assert 'src="data:image/png;base64,cGljdHVyZQ=="' in text
+
+
+def test_a_cell_is_escaped_and_what_is_missing_is_a_dash():
+    assert table(["a"], [["<b>"]]) == "<table><tr><th>a</th></tr><tr><td>&lt;b&gt;</td></tr></table>"
+    assert number(None) == "-"
