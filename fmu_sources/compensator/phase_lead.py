@@ -4,14 +4,15 @@ Displacement phase delay compensation (DPDC): lead on the command of the motion 
     G(s)    = K (1 + alpha T_lead s)/(1 + T_lead s)                                              (22)
     phi_max = arcsin((alpha - 1)/(alpha + 1)),   w_max = 1/(sqrt(alpha) T_lead)                  (23, 24)
     alpha   = (1 + sin phi_max)/(1 - sin phi_max),   T_lead = 1/(w_max sqrt(alpha))
-    K       = 1/sqrt(alpha) (paper: no gain at w_max) or 1 (unit_dc: no gain at rest)
+    K       = dpdc_gain/sqrt(alpha) (paper) or dpdc_gain (unit_dc)
     s       = 2/T (1 - q)/(1 + q)                                                                bilinear
     y(k)    = ((2 T_lead - T) y(k-1) + K ((2 alpha T_lead + T) u(k) - (2 alpha T_lead - T) u(k-1)))
               /(2 T_lead + T)
 
 Source   Paper, Sec. IV-C, Eqs. 22-24.
 Deviation  T is the sampling time here; Eq. 22's T is T_lead. The paper's K scales every static and ramp
-           displacement by 1/sqrt(alpha); `unit_dc` is ours.
+           displacement by 1/sqrt(alpha) and leaves the attenuation of the plant; `unit_dc` and `dpdc_gain`
+           are ours: the lead has the gain `dpdc_gain` at w_max (paper) or at rest (unit_dc), 1 in the paper.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from ..arithmetic import Arithmetic
 
 
 class GainConvention(IntEnum):
-    """Where the lead has gain 1: at its design frequency (the paper) or at rest."""
+    """Where the lead has the gain dpdc_gain: at its design frequency (the paper) or at rest."""
 
     paper = 1
     unit_dc = 2
@@ -43,7 +44,8 @@ def design(p: Any, m: Arithmetic) -> Lead:
     alpha = (1.0 + sine) / (1.0 - sine)
     root = m.sqrt(alpha)
     T_lead = 1.0 / (2.0 * m.pi * p.dpdc_frequency * root)
-    return Lead(alpha, T_lead, m.where(p.gain_convention == GainConvention.paper, 1.0 / root, 1.0))
+    K = m.where(p.gain_convention == GainConvention.paper, 1.0 / root, 1.0)
+    return Lead(alpha, T_lead, p.dpdc_gain * K)
 
 
 def command(lead: Lead, y_last: Any, u_last: Any, u: Any, T: Any) -> Any:

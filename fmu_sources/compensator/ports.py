@@ -38,7 +38,7 @@ SWITCHES = declare(
     choice("identifier", Identifier.kalman, "Source of the process parameters"),
     choice("preset", Preset.F, "Tuning of the identifier"),
     choice("difference_method", DifferenceMethod.backward, "Difference method of Eq. 15"),
-    choice("gain_convention", GainConvention.paper, "Where the phase lead has gain 1"),
+    choice("gain_convention", GainConvention.paper, "Where the phase lead has gain dpdc_gain"),
 )
 
 PARAMETERS = declare(
@@ -57,6 +57,7 @@ PARAMETERS = declare(
     parameter("dpdc_frequency", 0.9746, "Hz", "Frequency of that lag, f_max", above=0.0),
     switch("identification_held", False, "The identified process parameters stay as they are"),
     fixed(parameter("sample_time", 1e-3, "s", "Sampling period", above=0.0)),
+    parameter("dpdc_gain", 1.0, "1", "Gain of the phase lead, at f_max or at rest", above=0.0),
 )
 
 INPUTS = declare(

@@ -3,12 +3,14 @@ Design of the displacement phase delay compensation (DPDC), from the plant as it
 
     w1^2  = (p - sqrt(p^2 - 4 k_m k_p/(m_s m_e)))/2,   p = k_m/m_e + k_p/m,   m = m_e m_s/(m_e + m_s)     (3)
     phi   = lag of the reproduced motion behind the simulated one at w1, without DPDC
-    alpha = (1 + sin phi)/(1 - sin phi),   T = 1/(w_max sqrt(alpha)),   K = 1/sqrt(alpha)            (23, 24)
+    alpha = (1 + sin phi)/(1 - sin phi),   T = 1/(w_max sqrt(alpha)),   K = gain/sqrt(alpha)         (23, 24)
+    gain  = 1 (paper) or 1/|M(w1)| (plant),   M = reproduced over simulated motion without DPDC
 
 The lag holds all that is between the two rows: the plant, its hold and dead time, delays of connections.
-With ranges of m_s, m_e, k_m, k_p the design is for the largest frequency, as in Eq. 24; what is left over
-the range is read from the coupled system with the designed DPDC in it.
+With ranges of m_s, m_e, k_m, k_p the design, phase and gain, is for the largest frequency, as in Eq. 24; what
+is left over the range is read from the coupled system with the designed DPDC in it.
 Source   Paper, Sec. III-B, IV-C, Eqs. 3, 22-24; Eq. 3 prints neither the square nor the half of w^2 clearly.
+Deviation  The paper's K undoes the gain of the lead alone; `amplitude: plant`, ours, the plant's too.
 """
 
 from __future__ import annotations
@@ -25,13 +27,16 @@ from numpy.typing import NDArray
 from ..errors import ConfigError, expected
 from ..experiment import Experiment
 from ..simulation import SlaveFactory, load
-from ..system.config import Compare
+from ..system.config import Compare, PhaseLead
 from ..system.graph import Wire
+from ..system.values import parse
 from .frequency import response_from
 from .laboratory import Laboratory, changed
 
 Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
 
+PARAMETERS = ("dpdc_phase", "dpdc_frequency", "dpdc_gain")
 ATTRIBUTES = ("m_s", "m_e", "k_m", "k_p")
 _N_SHOWN = 5
 _STEEPEST = 1.5
@@ -42,16 +47,16 @@ class Design:
     """
     Lead and what it leaves.
 
-    `frequencies` [Hz] over the range, `lag` and `left` [rad] without and with DPDC (positive: lagging),
-    `magnitude` of the reproduced motion with DPDC; `phase` and `frequency` are the compensator's parameters.
+    `phase`, `frequency` and `gain` are the compensator's parameters; `frequencies` [Hz] over the range, and
+    the reproduced over the simulated motion there, without and with the lead.
     """
 
     phase: float
     frequency: float
+    gain: float
     frequencies: Floats
-    lag: Floats
-    left: Floats
-    magnitude: Floats
+    plain: Complexes
+    led: Complexes
 
     @property
     def alpha(self) -> float:
@@ -64,22 +69,34 @@ class Design:
         return 1.0 / (2.0 * math.pi * self.frequency * math.sqrt(self.alpha))
 
     @property
-    def gain(self) -> float:
-        """Gain of the lead at rest, in the paper's convention."""
-        return 1.0 / math.sqrt(self.alpha)
+    def gain_at_rest(self) -> float:
+        """K of Eq. 22, in the paper's convention."""
+        return self.gain / math.sqrt(self.alpha)
+
+    @property
+    def lag(self) -> Floats:
+        """Lag without the lead [rad]."""
+        return -np.angle(self.plain)
+
+    @property
+    def left(self) -> Floats:
+        """Lag with the lead [rad]."""
+        return -np.angle(self.led)
 
     def as_dict(self) -> dict[str, Any]:
         """Fields for JSON."""
         return {
             "dpdc_phase": self.phase,
             "dpdc_frequency": self.frequency,
+            "dpdc_gain": self.gain,
             "alpha": self.alpha,
             "T_lead": self.time_constant,
-            "K": self.gain,
+            "K": self.gain_at_rest,
             "frequency": self.frequencies.tolist(),
             "lag_deg": np.degrees(self.lag).tolist(),
             "left_deg": np.degrees(self.left).tolist(),
-            "magnitude": self.magnitude.tolist(),
+            "plant_magnitude": np.abs(self.plain).tolist(),
+            "magnitude": np.abs(self.led).tolist(),
         }
 
 
@@ -90,42 +107,41 @@ def dynamics_frequency(m_s: float, m_e: float, k_m: float, k_p: float) -> float:
     return math.sqrt(square) / (2.0 * math.pi)
 
 
-def design(
-    experiment: Experiment,
-    fmu: str = "compensator",
-    ranges: Mapping[str, tuple[float, float]] | None = None,
-    factory: SlaveFactory = load,
-) -> Design:
+def design(experiment: Experiment, wanted: PhaseLead, factory: SlaveFactory = load) -> Design:
     """
     Design the DPDC of one FMU.
 
     Args:
         experiment: The system; its `compare` section names the simulated and the reproduced motion.
-        fmu: The compensator.
-        ranges: Least and largest m_s, m_e, k_m, k_p; those not given are the system's own values.
+        wanted: The FMU, what the amplitude is for, and least and largest m_s, m_e, k_m, k_p; those not given
+            are the system's own values.
         factory: Makes the slaves.
 
     Raises:
         ConfigError: If the system does not have what the design needs.
     """
+    fmu = wanted.fmu
     compare, wire = _path(experiment, fmu)
+    _check_gain(experiment, wanted)
     laboratory = Laboratory(experiment, factory)
-    low, high = _range(experiment, fmu, compare.signal.partition(".")[0], ranges or {})
+    spans = {str(key): span for key, span in wanted.ranges.items()}
+    low, high = _range(experiment, fmu, compare.signal.partition(".")[0], spans)
     frequencies = np.linspace(low, high, 1 if low == high else _N_SHOWN)
 
-    def reproduced(**changes: float) -> NDArray[np.complex128]:
+    def reproduced(**changes: float) -> Complexes:
         coupled = laboratory.coupled({f"{fmu}.{key}": value for key, value in changes.items()})
         return response_from(coupled, wire, compare.reproduced or "", frequencies)
 
-    lag = -np.angle(reproduced(dpdc=0.0))
-    phase = float(lag[-1])
+    plain = reproduced(dpdc=0.0)
+    phase = float(-np.angle(plain[-1]))
     if not 0.0 <= phase <= _STEEPEST:
         degrees = math.degrees(phase)
         raise ConfigError(
             [f"dpdc: no lead for this lag, got {degrees:.1f} deg at {high:.4g} Hz, expected 0 to 86"]
         )
-    led = reproduced(dpdc=1.0, dpdc_phase=phase, dpdc_frequency=high)
-    return Design(phase, high, frequencies, lag, -np.angle(led), np.abs(led))
+    gain = 1.0 if wanted.amplitude == "paper" else float(1.0 / np.abs(plain[-1]))
+    led = reproduced(dpdc=1.0, **_values(phase, high, gain))
+    return Design(phase, high, gain, frequencies, plain, led)
 
 
 def designed(experiment: Experiment, overridden: set[str], factory: SlaveFactory = load) -> Experiment:
@@ -135,10 +151,15 @@ def designed(experiment: Experiment, overridden: set[str], factory: SlaveFactory
     compensator = experiment.system.instances.get(wanted.fmu)
     if compensator is not None and compensator.value_of("dpdc") == 0.0:
         return experiment
-    found = design(experiment, wanted.fmu, {str(key): span for key, span in wanted.ranges.items()}, factory)
-    values = {f"{wanted.fmu}.dpdc_phase": found.phase, f"{wanted.fmu}.dpdc_frequency": found.frequency}
-    chosen = {signal: value for signal, value in values.items() if signal not in overridden}
-    return replace(experiment, system=changed(experiment.system, chosen))
+    found = design(experiment, wanted, factory)
+    values = _values(found.phase, found.frequency, found.gain)
+    chosen = {f"{wanted.fmu}.{key}": value for key, value in values.items()}
+    kept = {signal: value for signal, value in chosen.items() if signal not in overridden}
+    return replace(experiment, system=changed(experiment.system, kept))
+
+
+def _values(phase: float, frequency: float, gain: float) -> dict[str, float]:
+    return dict(zip(PARAMETERS, (phase, frequency, gain), strict=True))
 
 
 def _path(experiment: Experiment, fmu: str) -> tuple[Compare, Wire]:
@@ -149,13 +170,28 @@ def _path(experiment: Experiment, fmu: str) -> tuple[Compare, Wire]:
         names = system.instances
         raise ConfigError([f"dpdc.fmu: no such FMU, got {fmu!r}, {expected(fmu, names)}"])
     known = system.instances[fmu].description.by_name
-    missing = [p for p in ("dpdc", "dpdc_phase", "dpdc_frequency") if p not in known]
+    missing = [p for p in ("dpdc", *PARAMETERS) if p not in known]
     if missing:
         raise ConfigError([f"dpdc: no phase lead in {fmu}, got no {', '.join(missing)}, expected all"])
     into = [w for w in system.wires_into(fmu) if w.source.name == compare.signal]
     if not into:
         raise ConfigError([f"dpdc: not connected, got no {compare.signal} -> {fmu}, expected one"])
     return compare, into[0]
+
+
+def _check_gain(experiment: Experiment, wanted: PhaseLead) -> None:
+    """Refuse two rules for one gain."""
+    instance = experiment.system.instances[wanted.fmu]
+    convention = instance.description.by_name.get("gain_convention")
+    if wanted.amplitude == "paper" or convention is None:
+        return
+    if instance.value_of("gain_convention") != parse(convention, "paper"):
+        raise ConfigError(
+            [
+                f"dpdc.amplitude: two rules for one gain, got {wanted.amplitude} and another "
+                f"{wanted.fmu}.gain_convention than paper, expected one of them to be paper"
+            ]
+        )
 
 
 def _range(

@@ -11,6 +11,7 @@ import numpy as np
 from ..analysis.phase_lead_design import Design, design
 from ..errors import ConfigError
 from ..experiment import Request, prepare
+from ..system.config import PhaseLead
 from .common import CONFIG, FLAVOUR, JSON, SET, VARIANT, answers_errors, print_json, show_building
 
 
@@ -25,20 +26,28 @@ from .common import CONFIG, FLAVOUR, JSON, SET, VARIANT, answers_errors, print_j
     metavar="ATTRIBUTE=LEAST:LARGEST",
     help="Range of m_s [kg], m_e [kg], k_m or k_p [N/m].",
 )
+@click.option(
+    "--amplitude",
+    type=click.Choice(["paper", "plant"]),
+    help="Gain of the lead at its frequency: 1 (paper), or what undoes the plant's attenuation.",
+)
 @FLAVOUR
 @JSON
 @answers_errors
-def design_dpdc(config: Path, spans: tuple[str, ...], as_json: bool, **options: Any) -> None:
-    """Design the displacement phase delay compensation of CONFIG: alpha, T, K, and the phase left."""
+def design_dpdc(
+    config: Path, spans: tuple[str, ...], amplitude: str | None, as_json: bool, **options: Any
+) -> None:
+    """Design the displacement phase delay compensation of CONFIG: alpha, T, K, and what it leaves."""
     experiment = prepare(config, Request(**options), show_building)
-    wanted = experiment.config.dpdc
-    fmu = "compensator" if wanted is None else wanted.fmu
-    ranges = {} if wanted is None else {str(key): span for key, span in wanted.ranges.items()}
-    found = design(experiment, fmu, ranges | dict(_span(text) for text in spans))
+    wanted = experiment.config.dpdc or PhaseLead(design="auto")
+    ranges = {str(key): span for key, span in wanted.ranges.items()} | dict(map(_span, spans))
+    amplitude = amplitude or wanted.amplitude
+    found = design(experiment, wanted.model_copy(update={"ranges": ranges, "amplitude": amplitude}))
     if as_json:
-        print_json({"name": experiment.config.name, "fmu": fmu, **found.as_dict()})
+        about = {"name": experiment.config.name, "fmu": wanted.fmu, "amplitude": amplitude}
+        print_json(about | found.as_dict())
         return
-    click.echo("\n".join([f"{experiment.config.name}: phase lead of {fmu}", *_lines(found)]))
+    click.echo("\n".join([f"{experiment.config.name}: phase lead of {wanted.fmu}", *_lines(found)]))
 
 
 def _span(text: str) -> tuple[str, tuple[float, float]]:
@@ -52,11 +61,12 @@ def _span(text: str) -> tuple[str, tuple[float, float]]:
 
 def _lines(found: Design) -> list[str]:
     rows = [
-        f"  alpha {found.alpha:.4f}, T {found.time_constant:.4f} s, K {found.gain:.4f}",
-        f"  dpdc_phase: {found.phase:.5f}, dpdc_frequency: {found.frequency:.4f}",
-        f"  {'f [Hz]':>8}{'lag [deg]':>11}{'left [deg]':>12}{'magnitude':>11}",
+        f"  alpha {found.alpha:.4f}, T {found.time_constant:.4f} s, K {found.gain_at_rest:.4f}",
+        f"  dpdc_phase: {found.phase:.5f}, dpdc_frequency: {found.frequency:.4f}, "
+        f"dpdc_gain: {found.gain:.4f}",
+        f"  {'':>8}{'without DPDC':>22}{'with DPDC':>22}",
+        f"  {'f [Hz]':>8}{'lag [deg]':>11}{'amplitude':>11}{'lag [deg]':>11}{'amplitude':>11}",
     ]
-    table = zip(
-        found.frequencies, np.degrees(found.lag), np.degrees(found.left), found.magnitude, strict=True
-    )
-    return rows + [f"  {f:>8.4f}{lag:>11.3f}{left:>12.3f}{size:>11.4f}" for f, lag, left, size in table]
+    columns = np.degrees(found.lag), np.abs(found.plain), np.degrees(found.left), np.abs(found.led)
+    table = zip(found.frequencies, *columns, strict=True)
+    return rows + ["  {:>8.4f}{:>11.3f}{:>11.4f}{:>11.3f}{:>11.4f}".format(*row) for row in table]

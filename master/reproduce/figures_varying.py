@@ -41,7 +41,7 @@ FIGURES = (
         "17",
         "Displacement of the time-varying system with CFDC+DPDC, Kalman filter",
         "no divergence, high accuracy",
-        "the same motion; the deviation is the hexapod's attenuation at 2.6 Hz, not the identifier's",
+        "the same motion, if DPDC undoes the hexapod's attenuation at 2.6 Hz too",
         {_KALMAN: (S_ACT, S_IDEAL)},
         displacement([("CFDC+DPDC, Kalman", _KALMAN)], 12.0),
     ),

@@ -120,10 +120,15 @@ class Event(Part):
 
 
 class PhaseLead(Part):
-    """The DPDC of an FMU, designed from the plant before the run; ranges of m_s, m_e, k_m, k_p."""
+    """
+    The DPDC of an FMU, designed from the plant before the run; ranges of m_s, m_e, k_m, k_p.
+
+    `amplitude` is what the lead's gain at its frequency makes up for: nothing (paper), or the plant's.
+    """
 
     design: Literal["auto"]
     fmu: str = "compensator"
+    amplitude: Literal["paper", "plant"] = "paper"
     ranges: dict[Literal["m_s", "m_e", "k_m", "k_p"], tuple[float, float]] = {}
 
 
@@ -237,6 +242,7 @@ _KNOWN: dict[str, type[Part]] = {
     "connections": Connection,
     "coupling": Coupling,
     "compare": Compare,
+    "dpdc": PhaseLead,
     "events": Event,
 }
 

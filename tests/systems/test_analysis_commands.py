@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 
+import numpy as np
 import pytest
 from analysed import CONFIGS, prepared
 from click.testing import CliRunner
@@ -12,6 +13,7 @@ from master.cli import main
 
 LOW = str(CONFIGS / "low_frequency.yaml")
 HEXAPOD = str(CONFIGS / "hexapod" / "high_frequency.yaml")
+UNIT_GAIN = ("--set", "compensator.gain_convention=unit_dc")
 
 
 def command(*arguments):
@@ -93,6 +95,40 @@ def test_design_covers_the_range_and_leaves_no_phase_at_its_upper_end():
     assert found["left_deg"][-1] == pytest.approx(0.0, abs=0.02)
     assert max(map(abs, found["left_deg"])) < 2.5
     assert found["lag_deg"][-1] == pytest.approx(13.46, abs=0.05)
+    assert found["dpdc_gain"] == 1.0
+    assert found["magnitude"][-1] == pytest.approx(found["plant_magnitude"][-1], abs=2e-4)
+
+
+def test_design_for_the_plants_amplitude_leaves_none_at_the_upper_end():
+    """Below it the lead's own slope is left: |lead(f)| of Eq. 22 times the plant's amplitude."""
+    paper, plant = (
+        answer("design-dpdc", HEXAPOD, "--amplitude", amplitude, "--range", "k_p=320000:480000")
+        for amplitude in ("paper", "plant")
+    )
+    f, T = np.array(plant["frequency"]), plant["T_lead"]
+    lead = plant["K"] * np.abs((1 + 2j * np.pi * f * plant["alpha"] * T) / (1 + 2j * np.pi * f * T))
+
+    assert plant["magnitude"][-1] == pytest.approx(1.0, abs=2e-4)
+    assert plant["magnitude"] == pytest.approx(lead * plant["plant_magnitude"], abs=2e-4)
+    assert plant["dpdc_gain"] == pytest.approx(1 / plant["plant_magnitude"][-1])
+    assert plant["K"] == pytest.approx(paper["K"] * plant["dpdc_gain"])
+    assert plant["left_deg"] == pytest.approx(paper["left_deg"], abs=1e-6)
+    assert paper["magnitude"][-1] == pytest.approx(plant["plant_magnitude"][-1], abs=2e-4)
+
+
+def test_design_reads_as_text():
+    lines = command("design-dpdc", HEXAPOD, "--amplitude", "plant").output.splitlines()
+
+    assert "dpdc_gain: 1.113" in lines[-4]
+    assert lines[-2].split() == ["f", "[Hz]", *2 * ["lag", "[deg]", "amplitude"]]
+    assert lines[-1].split()[-1] == "1.0000"
+
+
+def test_two_rules_for_the_gain_are_refused():
+    found = command("design-dpdc", HEXAPOD, *UNIT_GAIN)
+
+    assert found.exit_code == 2
+    assert "dpdc.amplitude: two rules for one gain, got plant and another" in found.output
 
 
 def test_a_range_of_something_else_is_refused():
@@ -108,6 +144,15 @@ def test_a_run_takes_the_design_of_its_configuration():
 
     assert compensator.value_of("dpdc_phase") == pytest.approx(designed["dpdc_phase"], rel=1e-4)
     assert compensator.value_of("dpdc_frequency") == pytest.approx(2.590, abs=1e-3)
+    assert compensator.value_of("dpdc_gain") == pytest.approx(designed["dpdc_gain"], rel=1e-4)
+    assert designed["amplitude"] == "plant"
+
+
+def test_a_gain_set_by_hand_stays():
+    compensator = prepared("hexapod/high_frequency", "paper_gain").system.instances["compensator"]
+
+    assert compensator.value_of("dpdc_gain") == 1.0
+    assert compensator.value_of("dpdc_phase") == pytest.approx(0.549, abs=1e-3)
 
 
 def test_what_is_set_by_hand_stays():

@@ -62,13 +62,19 @@ def test_the_contact_force_correction_equals_a_digital_filter_from_rest():
     assert rows == pytest.approx(lfilter([-c, -d, -e], [1, -a, -b], S - 0.004), rel=1e-8)
 
 
+@pytest.mark.parametrize("gain", [1.0, 1.13])
 @pytest.mark.parametrize("convention", GainConvention)
-def test_the_phase_lead_equals_the_bilinear_filter_of_scipy(convention):
-    lead = {"dpdc_phase": LAG, "dpdc_frequency": 2.617, "gain_convention": convention}
+def test_the_phase_lead_equals_the_bilinear_filter_of_scipy(convention, gain):
+    lead = {
+        "dpdc_phase": LAG,
+        "dpdc_frequency": 2.617,
+        "dpdc_gain": gain,
+        "gain_convention": convention,
+    }
     compensator = make(**OFF | {"dpdc": True}, s_des=0.004, **lead)
     alpha = (1 + math.sin(LAG)) / (1 - math.sin(LAG))
     T_lead = 1 / (2 * math.pi * 2.617 * math.sqrt(alpha))
-    K = 1 / math.sqrt(alpha) if convention == GainConvention.paper else 1.0
+    K = gain / math.sqrt(alpha) if convention == GainConvention.paper else gain
     num, den = bilinear([K * alpha * T_lead, K], [T_lead, 1.0], 1 / T)
     expected, _ = lfilter(num, den, S, zi=lfilter_zi(num, den) * 0.004)
     start, rows = compensator["s_cmd"], []
@@ -82,12 +88,17 @@ def test_the_phase_lead_equals_the_bilinear_filter_of_scipy(convention):
 
 
 @pytest.mark.parametrize(
-    ("convention", "gain"), [(GainConvention.paper, 1.0), (GainConvention.unit_dc, math.sqrt(3.421))]
+    ("values", "gain"),
+    [
+        ({"gain_convention": GainConvention.paper}, 1.0),
+        ({"gain_convention": GainConvention.paper, "dpdc_gain": 1.13}, 1.13),
+        ({"gain_convention": GainConvention.unit_dc}, math.sqrt(3.421)),
+    ],
 )
-def test_the_phase_lead_gives_its_angle_at_its_frequency(convention, gain):
+def test_the_phase_lead_gives_its_angle_and_gain_at_its_frequency(values, gain):
     frequency = 2.617
-    lead = {"dpdc_phase": LAG, "dpdc_frequency": frequency, "gain_convention": convention}
-    compensator = make(**OFF | {"dpdc": True}, **lead)
+    lead = {"dpdc_phase": LAG, "dpdc_frequency": frequency}
+    compensator = make(**OFF | {"dpdc": True}, **lead | values)
     t = T * np.arange(4000)
     rows = []
     for k, s in enumerate(np.sin(2 * np.pi * frequency * t)):

@@ -59,13 +59,14 @@ def test_dynamics_frequency_of_equation_3(values, frequency):
 
 
 @pytest.mark.parametrize(
-    ("phase_deg", "frequency", "alpha", "time_constant", "gain"),
+    ("phase_deg", "frequency", "alpha", "time_constant", "K"),
     [(12.39, 0.9746, 1.546, 0.1313, 0.804), (33.20, 2.617, 3.421, 0.0329, 0.541)],
 )
-def test_lead_of_equations_23_and_24(phase_deg, frequency, alpha, time_constant, gain):
+@pytest.mark.parametrize("gain", [1.0, 1.1])
+def test_lead_of_equations_23_and_24(phase_deg, frequency, alpha, time_constant, K, gain):
     nothing = np.zeros(1)
-    found = Design(math.radians(phase_deg), frequency, nothing, nothing, nothing, nothing)
+    found = Design(math.radians(phase_deg), frequency, gain, nothing, nothing, nothing)
 
     assert found.alpha == pytest.approx(alpha, abs=2e-3)
     assert found.time_constant == pytest.approx(time_constant, abs=1e-4)
-    assert found.gain == pytest.approx(gain, abs=1e-3)
+    assert found.gain_at_rest == pytest.approx(gain * K, abs=1e-3)
