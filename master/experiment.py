@@ -78,7 +78,7 @@ def prepare(
         ConfigError: With every fault found at the first stage that finds any.
     """
     request = request or Request()
-    loaded = _load(path)
+    loaded = from_file = _load(path)
     if request.stop_time is not None:
         config = with_stop_time(loaded.config, request.stop_time)
         loaded = LoadedConfig(config=config, document=loaded.document)
@@ -87,7 +87,8 @@ def prepare(
     system = build_system(loaded, _descriptions(loaded, files), overrides)
     order = loaded.config.coupling.order
     schedule = make_schedule(system, order, loaded.where("coupling", "order"))
-    scenario = make_scenario(loaded, system)
+    longer = max(loaded, from_file, key=lambda one: one.config.stop_time)  # --stop-time may cut events off
+    scenario = make_scenario(longer, system)
     experiment = Experiment(loaded.config, request.variant, system, schedule, scenario)
     return experiment if loaded.config.dpdc is None else _with_phase_lead(experiment, set(overrides))
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +29,7 @@ class Report:
     metrics: Metrics
     message: str = ""
     real_time: dict[str, Any] | None = None
+    not_reached: list[str] = field(default_factory=list)
 
     def as_dict(self) -> dict[str, Any]:
         """Fields for JSON."""
@@ -68,6 +69,7 @@ def _summarise(experiment: Experiment, outcome: Outcome, files: dict[str, str], 
         metrics=metrics,
         message=_message(outcome),
         real_time=outcome.real_time,
+        not_reached=outcome.not_reached,
     )
 
 
@@ -99,6 +101,7 @@ def summary_lines(report: Report) -> list[str]:
     for key, value in report.metrics.items():
         label, form = _LABELS[key]
         lines.append(f"  {label:<54}{'-' if value is None else format(value, form)}")
+    lines += [f"  {'an event that did not happen: when':<54}{text}" for text in report.not_reached]
     lines += _real_time_lines(report.real_time or {})
     return lines + [f"  {kind:<54}{path}" for kind, path in report.files.items()]
 

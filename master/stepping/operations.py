@@ -9,7 +9,21 @@ from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from . import calls
-from .program import DELAY, DROP, FALLBACK, FREEZE, HELD, JITTER, MODE, OFFSET, RANDOM, WARNING, Memory
+from .program import (
+    DELAY,
+    DRAWN,
+    DROP,
+    FALLBACK,
+    FREEZE,
+    HELD,
+    JITTER,
+    MODE,
+    MORE,
+    OFFSET,
+    RANDOM,
+    WARNING,
+    Memory,
+)
 
 Floats = NDArray[np.float64]
 Bytes = NDArray[np.uint8]
@@ -85,9 +99,11 @@ def channel(row: Floats, rings: Floats, first: int, n: int, k: int, value: float
     rings[first + k % n] = value
     age = np.int64(row[DELAY])
     if row[JITTER] > 0.0:
-        state = (_MULTIPLIER * np.int64(row[RANDOM])) % _MODULUS
-        row[RANDOM] = state
-        age += state % (np.int64(row[JITTER]) + 1)
+        if row[DRAWN] != k:  # once a tick, however often an iterated group passes here
+            state = (_MULTIPLIER * np.int64(row[RANDOM])) % _MODULUS
+            row[RANDOM], row[DRAWN] = state, k
+            row[MORE] = state % (np.int64(row[JITTER]) + 1)
+        age += np.int64(row[MORE])
     if row[MODE] == FREEZE:
         return row[HELD]
     if row[MODE] == DROP:

@@ -13,7 +13,7 @@ COPY, KEEP, EXTRAPOLATE, CHANNEL, SET, STEP, GET, SAVE, RESTORE, CHECK = range(1
 WARNING = 1  # the worst status of FMI with which a run goes on
 
 PASS, FREEZE, DROP = range(3)
-MODE, OFFSET, DELAY, JITTER, FALLBACK, RANDOM, HELD = range(7)
+MODE, OFFSET, DELAY, JITTER, FALLBACK, RANDOM, DRAWN, MORE, HELD = range(9)
 
 Integers = NDArray[np.int64]
 Floats = NDArray[np.float64]
@@ -43,7 +43,7 @@ class Memory(NamedTuple):
     `states`: address of each slave's saved state
     `loops`: [operation to go back to, first row of `residuals`, behind the last, most passes, passes]
     `residuals`: [source, target, conversion] of a wire that a loop must close, `tolerances` for each
-    `channels`: [mode, offset, delay, jitter, fallback, random, held] of a connection under a scenario
+    `channels`: [mode, offset, delay, jitter, fallback, random, its tick, drawn age, held] under a scenario
     """
 
     operations: Integers

@@ -17,10 +17,11 @@ from ..fmi.slave import Slave
 from ..results.recorder import Recorder, Result, Sink
 from ..system.graph import Port, System
 from . import loop
+from .director import Director
 from .operations import ENDED_WITHIN, STOOD_STILL, WANTED_EVENTS
 from .pacing import Pacer
 from .program import Program
-from .scenario import Director, Scenario
+from .scenario import Scenario
 
 COMPLETED, DIVERGED, FAILED, INTERRUPTED, OVERRUN, TERMINATED = (
     "completed",
@@ -39,7 +40,7 @@ _DEVIATIONS = {
 
 _CHUNK_SECONDS = 0.1
 _FIRST_CHUNK = 64
-_TIME_TOLERANCE = 1e-9
+_TIME_TOLERANCE = 1e-6  # of a step
 
 Execute = Callable[..., tuple[int, int, int, int]]
 ProgressCallback = Callable[[int], None]
@@ -76,7 +77,12 @@ class RunOptions:
 
 @dataclass
 class Outcome:
-    """How a run ended and what it computed; `error` says why if it failed, `cause` why it ended early."""
+    """
+    How a run ended and what it computed.
+
+    `error` says why if it failed, `cause` why it ended early; `not_reached` are the conditions of a
+    scenario that did not come true.
+    """
 
     status: str
     result: Result
@@ -85,6 +91,7 @@ class Outcome:
     error: FmuError | None = None
     cause: str = ""
     real_time: dict[str, Any] | None = None
+    not_reached: list[str] = field(default_factory=list)
 
 
 class RunLoop:
@@ -112,11 +119,12 @@ class RunLoop:
         pacer, chunk = self.options.pacer, _FIRST_CHUNK
         if pacer is not None:
             pacer.begin()
+        self.director.look(self.watch.triggers, self.grid.t0)
         with _interruptible() as interrupted:
             while self.done < self.grid.n_ticks:
                 if interrupted():
                     return self._outcome(INTERRUPTED)
-                self.director.advance(self.grid.time(self.done) + _TIME_TOLERANCE)
+                self.director.advance(self.grid.time(self.done), _TIME_TOLERANCE * self.grid.step_size)
                 if pacer is not None:
                     pacer.wait(self.done, self.grid.step_size)
                     chunk = 1
@@ -158,12 +166,13 @@ class RunLoop:
         if outcome == loop.ENDED:
             return self._terminated(where)
         if outcome == loop.TRIGGERED:
-            self.director.fire(where, self.grid.time(self.done))
+            self.director.look(self.watch.triggers, self.grid.time(self.done))
         return None
 
     def _outcome(self, status: str, **more: Any) -> Outcome:
         real_time = None if self.options.pacer is None else self.options.pacer.report()
         result = self.recorder.result()
+        more["not_reached"] = self.director.not_reached()
         return Outcome(status, result, self.seconds, self.done, real_time=real_time, **more)
 
     def _diverged(self, where: int) -> Outcome:

@@ -12,29 +12,14 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
-import numpy as np
-
 from ..errors import ConfigError
-from ..fmi.description import Description, Variable
-from ..fmi.slave import Slave
-from ..system.config import Event, LoadedConfig
+from ..fmi.description import Description, Kind
+from ..system.config import Event, LoadedConfig, finite
 from ..system.graph import System, signal_fault
 from ..system.values import parse
-from .program import (
-    DELAY,
-    DROP,
-    FALLBACK,
-    FREEZE,
-    JITTER,
-    MODE,
-    OFFSET,
-    PASS,
-    RANDOM,
-    Floats,
-    Integers,
-    Program,
-)
+from .program import DELAY, DROP, FREEZE, JITTER, MODE, OFFSET, RANDOM
 
+_DEEDS = ("set", "offset", "freeze", "drop", "delay", "jitter")
 _CONDITION = re.compile(r"\s*(?P<signal>[^\s<>]+)\s*(?P<sense>[<>])\s*(?P<threshold>\S+)\s*")
 
 
@@ -45,6 +30,13 @@ class Condition:
     signal: str
     sign: float
     threshold: float
+
+    def holds(self, value: float) -> bool:
+        """Whether it is true for a value of the signal."""
+        return self.sign * (value - self.threshold) > 0.0
+
+    def __str__(self) -> str:
+        return f"{self.signal} {'>' if self.sign > 0.0 else '<'} {self.threshold:g}"
 
 
 @dataclass(frozen=True)
@@ -90,8 +82,14 @@ def make_scenario(loaded: LoadedConfig, system: System) -> Scenario:
     """
     problems: list[str] = []
     events = []
-    for i, event in enumerate(loaded.config.events):
+    config = loaded.config
+    for i, event in enumerate(config.events):
         where = loaded.where("events", i)
+        if event.at is not None and not config.start_time <= event.at < config.stop_time:
+            problems.append(
+                f"{where}: not within the run, got at {event.at:g} s, "
+                f"expected from {config.start_time:g} s to before {config.stop_time:g} s"
+            )
         try:
             events.append(_event(event, system))
         except ConfigError as error:
@@ -112,7 +110,22 @@ def _event(event: Event, system: System) -> ScenarioEvent:
         for target, amount in amounts.items():
             seed = {RANDOM: float(event.seed)} if column == JITTER else {}
             actions += _channel_actions([target], {column: float(amount), **seed}, system)
+    if not actions:
+        raise ConfigError([f"does nothing, expected one of {', '.join(_DEEDS)}"])
+    _refuse_offsets_of_truths(event, system)
     return ScenarioEvent(tuple(actions), event.at, condition, event.duration)
+
+
+def _refuse_offsets_of_truths(event: Event, system: System) -> None:
+    """An offset of a Boolean means nothing, a part of one on a whole number would be rounded away."""
+    for target, amount in event.offset.items():
+        kind = system.port(target).variable.kind
+        if kind is Kind.BOOLEAN:
+            raise ConfigError(
+                [f"offset: {target} is a Boolean, expected freeze, drop, delay or jitter for it"]
+            )
+        if kind is Kind.INTEGER and not amount.is_integer():
+            raise ConfigError([f"offset: {target} is an integer, got {amount:g}, expected a whole number"])
 
 
 def _descriptions(system: System) -> dict[str, Description]:
@@ -127,7 +140,7 @@ def _condition(text: str, system: System) -> Condition:
     if fault is not None:
         raise ConfigError([f"when: {fault}"])
     try:
-        threshold = float(match["threshold"])
+        threshold = finite(float(match["threshold"]))
     except ValueError:
         raise ConfigError([f"when: not a number, got {match['threshold']!r}, expected a threshold"]) from None
     return Condition(match["signal"], 1.0 if match["sense"] == ">" else -1.0, threshold)
@@ -142,6 +155,8 @@ def _set_actions(event: Event, system: System) -> Iterator[Action]:
         variable = system.port(target).variable
         if target in connected:
             raise ConfigError([f"set: {target} is connected, expected offset, freeze or drop for it"])
+        if variable.kind is Kind.STRING:
+            raise ConfigError([f"set: {target} is a string, expected a number or a Boolean during a run"])
         if variable.causality == "parameter" and variable.variability != "tunable":
             raise ConfigError([f"set: {target} is fixed during a run, expected a tunable parameter"])
         try:
@@ -159,78 +174,3 @@ def _channel_actions(
             listed = ", ".join(connected)
             raise ConfigError([f"{target}: not a connected input, expected one of {listed}"])
         yield Action(target, columns)
-
-
-class Director:
-    """Carries a scenario out in a run: says when to stop next, and changes channels and values."""
-
-    def __init__(
-        self, scenario: Scenario, system: System, program: Program, slaves: Mapping[str, Slave]
-    ) -> None:
-        self._system, self._program, self._slaves = system, program, slaves
-        self._waiting = [e for e in scenario.events if e.condition is None]
-        self._conditional = [e for e in scenario.events if e.condition is not None]
-        self._endings: list[tuple[float, Action, dict[int, float]]] = []
-        for name, row in program.channel_of.items():
-            start = system.instances[name.partition(".")[0]].value_of(name.partition(".")[2])
-            program.memory.channels[row, FALLBACK] = float(start or 0.0)
-            program.memory.channels[row, RANDOM] = 1.0
-
-    def triggers(self) -> tuple[Integers, Floats]:
-        """Arrays `triggers` and `thresholds` of `loop.Watch`."""
-        conditions = [e.condition for e in self._conditional if e.condition is not None]
-        places = [[self._program.place[c.signal], 1] for c in conditions]
-        thresholds = [[c.sign, c.threshold] for c in conditions]
-        return np.array(places, dtype=np.int64).reshape(-1, 2), np.array(
-            thresholds, dtype=np.float64
-        ).reshape(-1, 2)
-
-    def next_time(self) -> float:
-        """Earliest time [s] at which something is to be changed."""
-        times = [e.at for e in self._waiting if e.at is not None] + [time for time, _, _ in self._endings]
-        return min(times, default=np.inf)
-
-    def fire(self, trigger: int, now: float) -> None:
-        """Carry out the event of a trigger."""
-        self._carry_out(self._conditional[trigger], now)
-
-    def advance(self, now: float) -> None:
-        """Carry out all that is due at `now` [s], endings first."""
-        over = [ending for ending in self._endings if ending[0] <= now]
-        self._endings = [ending for ending in self._endings if ending[0] > now]
-        for _, action, before in over:
-            self._apply(action, before)
-        due = [e for e in self._waiting if e.at is not None and e.at <= now]
-        self._waiting = [e for e in self._waiting if e not in due]
-        for event in due:
-            self._carry_out(event, now)
-
-    def _carry_out(self, event: ScenarioEvent, now: float) -> None:
-        for action in event.actions:
-            before = self._before(action)
-            self._apply(action, dict(action.columns) if action.value is None else {0: action.value})
-            if event.duration is not None:
-                self._endings.append((now + event.duration, action, before))
-
-    def _before(self, action: Action) -> dict[int, float]:
-        if action.value is None:
-            return {
-                column: float(PASS) if column == MODE else 0.0
-                for column in action.columns
-                if column != RANDOM
-            }
-        slave, variable = self._slave_and_variable(action.target)
-        return {0: slave.get([variable])[0]}
-
-    def _apply(self, action: Action, numbers: Mapping[int, float]) -> None:
-        if action.value is None:
-            row = self._program.memory.channels[self._program.channel_of[action.target]]
-            for column, number in numbers.items():
-                row[column] = number
-            return
-        slave, variable = self._slave_and_variable(action.target)
-        slave.set([variable], [numbers[0]])
-
-    def _slave_and_variable(self, target: str) -> tuple[Slave, Variable]:
-        port = self._system.port(target)
-        return self._slaves[port.instance], port.variable

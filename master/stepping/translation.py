@@ -167,7 +167,7 @@ class _Translator:
     def _check(self, inner: Sequence[Wire], iteration: Iteration, back: int, every: int) -> None:
         first = len(self.residuals)
         for wire in inner:
-            source, target = self.place[wire.source.name], self.place[wire.target.name]
+            source, target = self.place[wire.source.name], self._taken(wire)
             self.residuals.append([source, target, self._conversion(wire)])
             tolerance = iteration.tolerance if wire.tolerance is None else wire.tolerance
             self.tolerances.append(tolerance * (wire.target.variable.nominal or 1.0))
@@ -185,9 +185,20 @@ class _Translator:
         if not (wire.delay and wire.conversion.is_identity):
             self._add(COPY, every, source, target, self._conversion(wire))
         if has_channel:
+            self._add(COPY, every, target, self._taken(wire), self._number((1.0, 0.0)))
             self._channel(wire.target.name, target)
         if wire.extrapolation:
-            self._add(EXTRAPOLATE, every, target, wire.extrapolation, self._cells(wire.extrapolation))
+            rate, cells = self.schedule.every[wire.target.instance], self._cells(wire.extrapolation)
+            self._add(EXTRAPOLATE, rate, target, wire.extrapolation, cells)
+
+    def _taken(self, wire: Wire) -> int:
+        """Where a wire's value stands before its channel changes it: by it an iteration is judged."""
+        name = wire.target.name
+        return (
+            self.place.setdefault(f"{name} before its channel", len(self.place))
+            if name in self.channels
+            else self.place[name]
+        )
 
     def _channel(self, name: str, target: int) -> None:
         n = self.channels[name] + 1
@@ -200,7 +211,9 @@ class _Translator:
         return first
 
     def _conversion(self, wire: Wire) -> int:
-        pair = (wire.conversion.factor, wire.conversion.offset)
+        return self._number((wire.conversion.factor, wire.conversion.offset))
+
+    def _number(self, pair: tuple[float, float]) -> int:
         if pair not in self.conversions:
             self.conversions.append(pair)
         return self.conversions.index(pair)

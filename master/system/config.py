@@ -20,13 +20,15 @@ from pydantic import (
 from ..errors import ConfigError, expected
 from .yaml_lines import Document, Place, read_yaml
 
+MOST_DELAY = 10**7  # ticks; each older value is kept in memory
 MOST_TICKS = 2**53  # beyond it a double does not tell one tick from the next
 
 Value = bool | int | float | str
 ParameterValues = dict[str, Value]
 
 
-def _finite(value: float) -> float:
+def finite(value: float) -> float:
+    """Give a finite number back; ValueError for any other."""
     if not math.isfinite(value):
         raise ValueError("not a finite number")
     return value
@@ -40,7 +42,9 @@ def _signal(text: str) -> str:
 
 
 Signal = Annotated[str, AfterValidator(_signal)]
-Seconds = Annotated[float, Field(gt=0.0), AfterValidator(_finite)]
+Finite = Annotated[float, AfterValidator(finite)]
+Ticks = Annotated[int, Field(ge=0, le=MOST_DELAY)]
+Seconds = Annotated[float, Field(gt=0.0), AfterValidator(finite)]
 
 
 class Part(BaseModel):
@@ -63,7 +67,7 @@ class Connection(Part):
 
     source: Signal = Field(alias="from")
     target: Signal = Field(alias="to")
-    delay: Annotated[int, Field(ge=0)] = 0
+    delay: Ticks = 0
     extrapolation: Annotated[int, Field(ge=0, le=2)] = 0
     tolerance: Annotated[float, Field(gt=0.0)] | None = None
 
@@ -88,7 +92,7 @@ class Compare(Part):
     signal: Signal
     reproduced: Signal | None = None
     reference: Signal | None = None
-    offset: Annotated[float, Field(gt=0.0), AfterValidator(_finite)]
+    offset: Annotated[float, Field(gt=0.0), AfterValidator(finite)]
     force: Signal | None = None
     reference_force: Signal | None = None
 
@@ -96,15 +100,15 @@ class Compare(Part):
 class Event(Part):
     """Something that happens in a run, at a time [s] or when `instance.variable > number` comes true."""
 
-    at: float | None = None
+    at: Finite | None = None
     when: str | None = None
-    duration: Annotated[float, Field(gt=0.0)] | None = Field(None, alias="for")
+    duration: Seconds | None = Field(None, alias="for")
     set: dict[Signal, Value] = {}
     freeze: list[Signal] = []
     drop: list[Signal] = []
-    offset: dict[Signal, float] = {}
-    delay: dict[Signal, Annotated[int, Field(ge=0)]] = {}
-    jitter: dict[Signal, Annotated[int, Field(ge=0)]] = {}
+    offset: dict[Signal, Finite] = {}
+    delay: dict[Signal, Ticks] = {}
+    jitter: dict[Signal, Ticks] = {}
     seed: Annotated[int, Field(ge=1, lt=2147483647)] = 1
 
     @field_validator("freeze", "drop", mode="before")
@@ -138,7 +142,7 @@ class Config(Part):
     name: str
     description: str = ""
     step_size: Seconds = 1e-3
-    start_time: Annotated[float, AfterValidator(_finite)] = 0.0
+    start_time: Finite = 0.0
     stop_time: Seconds
     fmus: Annotated[dict[str, FmuEntry], Field(min_length=1)]
     coupling: Coupling = Coupling()

@@ -9,7 +9,7 @@ from build import FOLDERS, TYPES_3, compile_c, describe_2, describe_3, write_fmu
 from master.errors import ConfigError, FmuError
 from master.experiment import prepare
 from master.fmi.description import read_description
-from master.simulation import simulate
+from master.simulation import RunOptions, simulate
 
 pytestmark = [
     pytest.mark.slow,
@@ -39,7 +39,8 @@ def run(tmp_path, fmus, connections=(), **more):
     file = tmp_path / "system.yaml"
     file.write_text(yaml.safe_dump(given))
     experiment = prepare(file)
-    return simulate(experiment.system, experiment.schedule, experiment.grid)
+    options = RunOptions(scenario=experiment.scenario)
+    return simulate(experiment.system, experiment.schedule, experiment.grid, options=options)
 
 
 def wires(*pairs):
@@ -98,6 +99,17 @@ def test_an_array_element_is_wired_and_the_others_keep_their_start_values(fmu, t
     assert [result[f"b.ib[{i}]"][-1] for i in (1, 2)] == [20.0, 0.0]
     assert [result[f"b.bb[{i}]"][-1] for i in (1, 2)] == [1.0, 1.0]
     assert result["b.Int8_out"][-1] == 12.0
+
+
+def test_an_event_sets_an_element_beside_a_wired_one(fmu, tmp_path):
+    fmu("3.0")
+    fmus = {name: {"source": "./types3.fmu"} for name in "ab"}
+    event = {"at": 0.2, "for": 0.2, "set": {"b.a[1,1]": 5.0, "b.ba[2]": True}}
+    outcome = run(tmp_path, fmus, wires(("a.b[1,2]", "b.a[2,3]")), events=[event])
+
+    assert outcome.result["b.b[1,1]"].tolist() == [2.0, 2.0, 2.0, 10.0, 10.0, 2.0]
+    assert outcome.result["b.bb[2]"].tolist() == [1.0, 1.0, 1.0, 0.0, 0.0, 1.0]
+    assert outcome.result["b.b[2,3]"][1:].tolist() == 5 * [8.0]
 
 
 @pytest.mark.parametrize("version", FOLDERS)

@@ -55,6 +55,21 @@ def test_an_assignment_takes_names_numbers_and_truths(bay, assignment, key, valu
     assert start_of(bay, assignments=(f"mass.{assignment}",))[key] == value
 
 
+EVENT = "events:\n  - {at: %s, freeze: mass.u}\n"
+
+
+@pytest.mark.parametrize(("at", "stop_time"), [(3.5, None), (3.5, 1.5), (4.5, 6.0)])
+def test_an_event_lies_within_the_file_s_run_or_a_longer_one(bay, at, stop_time):
+    assert len(prepare(bay.write(TEXT + EVENT % at), Request(stop_time=stop_time)).scenario.events) == 1
+
+
+@pytest.mark.parametrize("stop_time", [None, 1.5])
+def test_an_event_behind_the_end_of_the_run_is_refused(bay, stop_time):
+    assert bay.faults(TEXT + EVENT % 4.0, stop_time=stop_time) == [
+        "system.yaml:15: events[0]: not within the run, got at 4 s, expected from 0 s to before 4 s"
+    ]
+
+
 def test_another_stop_time_is_taken(bay):
     assert prepare(bay.write(TEXT), Request(stop_time=1.5)).grid.n_ticks == 3
 

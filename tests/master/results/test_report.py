@@ -44,6 +44,17 @@ def test_a_failed_run_saves_its_rows_and_says_why(saved, bay):
     assert len((bay.folder / "out" / "result.csv").read_text(encoding="utf-8").splitlines()) == 8
 
 
+def test_a_condition_that_did_not_come_true_is_in_the_summary(saved):
+    report, outcome = saved()
+    report = replace(report, not_reached=["mass.y > 1e+09"])
+
+    assert "not_reached" in report.as_dict()
+    assert outcome.not_reached == []
+    [line] = [line for line in summary_lines(report) if "mass.y" in line]
+    assert line.split("  ")[1] == "an event that did not happen: when"
+    assert line.endswith(" mass.y > 1e+09")
+
+
 def test_a_diverged_run_says_which_signal(saved):
     report, _ = saved()
 
