@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import gc
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -28,6 +31,19 @@ class Pacer:
     overruns: int = 0
     lateness: list[float] = field(default_factory=list)
     _start: float = 0.0
+
+    @contextmanager
+    def pacing(self) -> Iterator[None]:
+        """Begin with tick 0; no garbage is collected meanwhile, for a full collection lasts many ticks."""
+        was_on = gc.isenabled()
+        gc.collect()
+        gc.disable()
+        self.begin()
+        try:
+            yield
+        finally:
+            if was_on:
+                gc.enable()
 
     def begin(self) -> None:
         """Set the time of tick 0."""

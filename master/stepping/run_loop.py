@@ -5,7 +5,7 @@ from __future__ import annotations
 import signal
 import time
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -117,10 +117,8 @@ class RunLoop:
         self._execute(execute, 0)
         self.seconds = 0.0
         pacer, chunk = self.options.pacer, _FIRST_CHUNK
-        if pacer is not None:
-            pacer.begin()
         self.director.look(self.watch.triggers, self.grid.t0)
-        with _interruptible() as interrupted:
+        with _interruptible() as interrupted, nullcontext() if pacer is None else pacer.pacing():
             while self.done < self.grid.n_ticks:
                 if interrupted():
                     return self._outcome(INTERRUPTED)

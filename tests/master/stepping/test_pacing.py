@@ -1,3 +1,5 @@
+import gc
+
 import pytest
 
 from master.stepping import pacing
@@ -87,6 +89,14 @@ def test_the_report_counts_by_lateness():
     assert sum(report["histogram"].values()) == 5
     assert (report["worst_ms"], report["worst_tick"], report["overruns"]) == (250.0, 4, 3)
     assert report["median_ms"] == pytest.approx(0.015)
+
+
+def test_no_garbage_is_collected_between_the_ticks_and_again_afterwards():
+    pacer = Pacer()
+    with pacer.pacing():
+        assert not gc.isenabled()
+
+    assert gc.isenabled()
 
 
 def test_a_run_without_ticks_reports_nothing():
