@@ -36,6 +36,7 @@ class Instance:
         )
         self.index = {v.name: i for i, v in enumerate(model.all_variables)}
         self._samples = model.n_continuous < counts[2]
+        self._restarting = [(i, v.start) for i, v in enumerate(model.all_variables) if v.restarts]
         self.reset()
 
     def reset(self) -> None:
@@ -108,13 +109,18 @@ class Instance:
 
     def _advance(self, t: float, h: float, n_samples: int, period: float) -> None:
         p, u = self._record(self._p), self._record(self._u)
+        self.time = t + h
+        for place, value in self._restarting:
+            self.values[place] = value
         for i in range(n_samples):
             start = t + i * period
             if self._samples:
                 self._update(start, u, p)
             if self.model.n_continuous:
                 self._integrate(start, period, p, i / n_samples, 1.0 / n_samples)
-        self.time = t + h
+            if i + 1 < n_samples and any(self._faults(start + period)):
+                self.time = start + period
+                break
         self.previous_inputs = self.values[self._u]
         self._write_outputs(self.time)
 
@@ -166,14 +172,15 @@ class Instance:
         y = self.model.outputs(t, x, self._record(self._u), self._record(self._p), self.m)
         self.values[self._y] = self.model.results.flat(y)
 
-    def _refuse_faults(self, t: float) -> None:
+    def _faults(self, t: float) -> Sequence[Any]:
         if not self.model.fault_texts:
-            return
+            return ()
         x = self.model.states.record(self.values[self._x])
-        found = self.model.faults(t, x, self._record(self._u), self._record(self._p), self.m)
-        texts = [
-            self._message(f) for f, is_true in zip(self.model.fault_texts, found, strict=True) if is_true
-        ]
+        return self.model.faults(t, x, self._record(self._u), self._record(self._p), self.m)
+
+    def _refuse_faults(self, t: float) -> None:
+        found = zip(self.model.fault_texts, self._faults(t), strict=True)
+        texts = [self._message(fault) for fault, is_true in found if is_true]
         if texts:
             raise ModelError("; ".join(texts))
 

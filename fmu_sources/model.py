@@ -123,7 +123,11 @@ class Model:
         return {}
 
     def faults(self, t: Any, x: Any, u: Any, p: Any, m: Arithmetic) -> Sequence[Any]:
-        """Conditions that end the run, in the order of `fault_texts`: true or not zero is a fault."""
+        """
+        Conditions that end the run, in the order of `fault_texts`: true or not zero is a fault.
+
+        They are looked at after each sampling period of a communication step.
+        """
         return ()
 
     def group(self, role: Role) -> tuple[Variable, ...]:

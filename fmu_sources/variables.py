@@ -26,7 +26,8 @@ class Variable:
 
     A vector is declared by `vector` and is one `Variable` an element, named `base[i]`, i from 1.
     `sampled` states change in `update`, the others in `derivatives`; a `hidden` one has no FMI variable.
-    `output` marks a state that is read from outside as it is.
+    `output` marks a state that is read from outside as it is. A continuous state that `restarts` begins each
+    communication step at its start value.
     """
 
     name: str
@@ -43,6 +44,7 @@ class Variable:
     fixed: bool = False
     sampled: bool = False
     hidden: bool = False
+    restarts: bool = False
     output: bool = False
     nominal: float | None = None
 
@@ -159,6 +161,11 @@ def state(
 def sampled(variable: Variable, *, hidden: bool = False) -> Variable:
     """Make a state one that changes at the sampling instants only."""
     return replace(variable, sampled=True, hidden=hidden)
+
+
+def of_each_step(variable: Variable) -> Variable:
+    """Make a continuous state the integral over one communication step, without an FMI variable."""
+    return replace(variable, hidden=True, restarts=True)
 
 
 def output(name: str, unit: str, description: str, *, boolean: bool = False) -> Variable:

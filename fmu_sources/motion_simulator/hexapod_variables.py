@@ -5,7 +5,18 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from ..variables import Variable, declare, fixed, input_, output, parameter, sampled, state, vector
+from ..variables import (
+    Variable,
+    declare,
+    fixed,
+    input_,
+    of_each_step,
+    output,
+    parameter,
+    sampled,
+    state,
+    vector,
+)
 
 N_TICKS = 20
 SHORTEST_PERIOD = 1e-3
@@ -83,6 +94,13 @@ INPUTS = (
     input_("f_contact", "N", "Contact force on the platform along the docking axis, added to wrench[3]"),
 )
 
+LIMITS = {
+    "voltage_saturated": "A motor gets its largest voltage",
+    "current_limited": "A speed controller asks for more than the largest current",
+    "leg_velocity_exceeded": "A leg is faster than v_max",
+    "leg_stroke_exceeded": "A leg is past a limit switch",
+}
+
 STATES = (
     state("x_act", "m", "Position of the platform along x", output=True),
     state("y_act", "m", "Position of the platform along y", output=True),
@@ -98,6 +116,10 @@ STATES = (
     state("wz_act", "rad/s", "Angular velocity of the platform about z", output=True),
     *vector(state("motor_current", "A", "Current of a motor", output=True), 6),
     *vector(state("speed_integral", "rad", "Integral of a speed error"), 6),
+    *(
+        of_each_step(state(f"{name}_time", "s", f"{text}: for how long in the step"))
+        for name, text in LIMITS.items()
+    ),
     *vector(sampled(state("leg_reference", "m", "Length that a drive follows", output=True)), 6),
     *vector(
         sampled(state("command_line", "m", "Commanded lengths under way, newest first"), hidden=True),
@@ -110,10 +132,7 @@ OUTPUTS = (
     *_six(output("twist", "m/s", "Velocity and angular velocity of the platform, base axes"), "rad/s"),
     *vector(output("leg_length", "m", "Length of a leg"), 6),
     *vector(output("leg_force", "N", "Force along a leg behind the rotor's inertia, f_a"), 6),
-    output("voltage_saturated", "1", "A motor gets its largest voltage", boolean=True),
-    output("current_limited", "1", "A speed controller asks for more than the largest current", boolean=True),
-    output("leg_velocity_exceeded", "1", "A leg is faster than v_max", boolean=True),
-    output("leg_stroke_exceeded", "1", "A leg is past a limit switch", boolean=True),
+    *(output(name, "1", text, boolean=True) for name, text in LIMITS.items()),
 )
 
 

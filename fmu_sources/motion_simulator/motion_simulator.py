@@ -16,6 +16,7 @@ Outputs  pose, twist, leg_length, leg_force (f_a), flags   direct feedthrough: w
 States   x_act, y_act, s_act, roll_act, pitch_act, yaw_act and their velocities: start as set
          motor_current, speed_integral, leg_reference, the line of commands: such that the simulator stands
          still at its start pose under its weight and the wrench of the start
+         time at each limit: since the last communication point
 Axes     Base: z up, along the docking axis. The pose is that of the platform's joint centre, from the neutral
          pose at `height`; R = R_z(yaw) R_y(pitch) R_x(roll). Twist, wrench: base axes, at the joint centre.
 Source   Paper, Sec. III-D, Fig. 8. Parameters of README.md: the paper prints none.
@@ -27,7 +28,7 @@ Valid    Between the stops of the legs: past one, and for a command past one, th
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import partial
+from functools import partial, reduce
 from typing import Any, NamedTuple
 
 from ..arithmetic import Arithmetic
@@ -124,26 +125,24 @@ class MotionSimulator(Model):
             "wz_act": wz,
             "motor_current": tuple(d.der_current for d in motion.drives),
             "speed_integral": tuple(d.der_integral for d in motion.drives),
+            **{f"{name}_time": m.where(at, 1.0, 0.0) for name, at in _at_limits(motion, p, m).items()},
         }
 
     def outputs(
         self, t: Any, x: Any, u: Any, p: Any, m: Arithmetic, slot: SlotFunction = no_effect
     ) -> Values:
-        at, drives, nu, rotor = _motion(x, u, p, m, slot)
-        lengths = [leg.l for leg in at.legs]
+        motion = _motion(x, u, p, m, slot)
+        at, drives, nu, rotor = motion
         pairs = zip(drives, at.legs, at.motions, strict=True)
-        slow = [m.fabs(motion.der_l) <= p.v_max for motion in at.motions]
+        limits = _at_limits(motion, p, m).items()
         return {
             "pose": _pose(x),
             "twist": _twist(x),
-            "leg_length": tuple(lengths),
+            "leg_length": tuple(leg.l for leg in at.legs),
             "leg_force": tuple(
                 d.force - rotor * leg_acceleration(leg, motion, nu) for d, leg, motion in pairs
             ),
-            "voltage_saturated": _any([d.voltage_saturated for d in drives], m),
-            "current_limited": _any([d.current_limited for d in drives], m),
-            "leg_velocity_exceeded": _any([m.where(s, False, True) for s in slow], m),
-            "leg_stroke_exceeded": _any([_outside(length, p.l_min, p.l_max, m) for length in lengths], m),
+            **{name: m.where(getattr(x, f"{name}_time") > 0.0, True, now) for name, now in limits},
         }
 
     def faults(self, t: Any, x: Any, u: Any, p: Any, m: Arithmetic) -> Sequence[Any]:
@@ -172,11 +171,16 @@ def _outside(value: Any, low: Any, high: Any, m: Arithmetic) -> Any:
     return m.where(m.both(value >= low, value <= high), False, True)
 
 
-def _any(conditions: Sequence[Any], m: Arithmetic) -> Any:
-    result: Any = False
-    for condition in conditions:
-        result = m.where(condition, True, result)
-    return result
+def _at_limits(motion: Motion, p: Any, m: Arithmetic) -> dict[str, Any]:
+    """Say of each limit whether a leg or its drive is past it, or is no number."""
+    drives = motion.drives
+    within = {
+        "voltage_saturated": [m.fabs(d.V_p) <= p.V_max for d in drives],
+        "current_limited": [m.fabs(d.i_pi) <= p.i_max for d in drives],
+        "leg_velocity_exceeded": [m.fabs(leg.der_l) <= p.v_max for leg in motion.at.motions],
+        "leg_stroke_exceeded": [m.both(leg.l >= p.l_min, leg.l <= p.l_max) for leg in motion.at.legs],
+    }
+    return {name: m.where(reduce(m.both, legs), False, True) for name, legs in within.items()}
 
 
 def _motion(x: Any, u: Any, p: Any, m: Arithmetic, slot: SlotFunction) -> Motion:

@@ -21,13 +21,13 @@ from ..arithmetic import Arithmetic
 
 
 class Drive(NamedTuple):
-    """Force along the leg [N], changes of the states, and what is at its limit."""
+    """Force along the leg [N], changes of the states, and what the controllers ask for: i_pi [A], V_p [V]."""
 
     force: Any
     der_current: Any
     der_integral: Any
-    voltage_saturated: Any
-    current_limited: Any
+    i_pi: Any
+    V_p: Any
 
 
 def screw(p: Any, m: Arithmetic) -> Any:
@@ -73,6 +73,6 @@ def drive(
         force=motor - resistance(K2 * p.B * om, motor),
         der_current=(V - p.R_a * i - p.Ke * om) / p.L,
         der_integral=m.where(m.both(current_limited, e_v * i_pi > 0.0), 0.0, e_v),
-        voltage_saturated=m.fabs(V_p) > p.V_max,
-        current_limited=current_limited,
+        i_pi=i_pi,
+        V_p=V_p,
     )

@@ -17,6 +17,7 @@ def header(model: Model, guid: str) -> str:
         "N_CONTINUOUS": model.n_continuous,
         "N_OUTPUTS": len(model.results),
         "N_FAULTS": len(model.fault_texts),
+        "N_RESTARTING": len(_restarting(model)),
         "SAMPLE_TIME": _place(model, model.sample_time),
         "INPUT_HOLD": _place(model, model.input_hold),
     }
@@ -40,7 +41,7 @@ def header(model: Model, guid: str) -> str:
 
 
 def tables(model: Model) -> str:
-    """Write `model_variables` with the rules, and `model_fault_texts`."""
+    """Write `model_variables` with the rules, `model_fault_texts` and `model_restarting`."""
     rules: list[str] = []
     rows = []
     for i, v in enumerate(model.all_variables):
@@ -48,7 +49,13 @@ def tables(model: Model) -> str:
         rules += _rule_tables(i, v, found)
         rows.append(_row(i, v, len(found)))
     lines = [*rules, "", "const Variable model_variables[] = {", *rows, "};", "", *_fault_table(model)]
+    places = ", ".join(map(str, _restarting(model))) or "0"
+    lines += ["", f"const int model_restarting[] = {{{places}}};"]
     return "\n".join(lines) + "\n"
+
+
+def _restarting(model: Model) -> list[int]:
+    return [i for i, v in enumerate(model.all_variables) if v.restarts]
 
 
 def _fault_table(model: Model) -> list[str]:

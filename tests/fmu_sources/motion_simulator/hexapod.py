@@ -11,10 +11,11 @@ from fmu_sources.arithmetic import PYTHON
 from fmu_sources.instance import Instance
 from fmu_sources.motion_simulator.geometry import leg_lengths
 from fmu_sources.motion_simulator.motion_simulator import MODEL
+from fmu_sources.variables import Role
 
 NEUTRAL = (0.0,) * 6
 POSE_STATES = ("x_act", "y_act", "s_act", "roll_act", "pitch_act", "yaw_act")
-N = MODEL.n_continuous
+N = sum(not (v.sampled or v.restarts) for v in MODEL.group(Role.STATE))
 PARAMETERS = MODEL.parameters.record([v.start for v in MODEL.group(MODEL.variables[0].role)])
 
 
@@ -43,7 +44,7 @@ def linearise(pose=NEUTRAL):
 
     def derivatives(states):
         x = MODEL.states.record(states.tolist())
-        return np.array(MODEL.continuous.flat(MODEL.derivatives(0.0, x, u, PARAMETERS, PYTHON)))
+        return np.array(MODEL.continuous.flat(MODEL.derivatives(0.0, x, u, PARAMETERS, PYTHON)))[:N]
 
     def lengths(q):
         return np.array(leg_lengths(tuple(q.tolist()), PARAMETERS, PYTHON))

@@ -10,9 +10,11 @@ from hexapod import NEUTRAL, PARAMETERS, at_rest, read
 from fmu_sources.arithmetic import PYTHON
 from fmu_sources.instance import Instance, ModelError
 from fmu_sources.motion_simulator.geometry import leg_lengths
+from fmu_sources.motion_simulator.hexapod_variables import LIMITS
 from fmu_sources.motion_simulator.motion_simulator import MODEL, MotionSimulator
 
 SAMPLE = 1e-3
+STATE_NAMES = [n for n in MODEL.states.names if not n.endswith("_time")]
 POSITIVE = (
     *("base_radius", "platform_radius", "height", "l_min", "l_max"),
     *("m_p", "I_x", "I_y", "I_z", "m_1", "I_1", "m_2", "I_2"),
@@ -170,6 +172,58 @@ def test_fast_legs_are_flagged():
 def test_a_leg_past_its_switch_is_flagged():
     assert not at_rest()["leg_stroke_exceeded"]
     assert at_rest((0.0, 0.0, 0.34, 0.0, 0.0, 0.0))["leg_stroke_exceeded"]
+
+
+def flags(instance):
+    return {name: bool(instance[name]) for name in LIMITS}
+
+
+def test_a_flag_shows_what_a_substep_raised_within_a_period():
+    """A jump of the command asks for a voltage that the current's rise of 0.5 ms takes back."""
+    instance = at_rest(V_max=20.0, dead_time=0.0)
+    instance["s_cmd"] = 0.25e-3
+    model, p = instance.model, PARAMETERS._replace(V_max=20.0, dead_time=0.0)
+    run(instance, 1, lambda t: 0.25e-3)
+    x, u = (kind.record([instance[n] for n in kind.names]) for kind in (model.states, model.inputs))
+    at_its_end = model.outputs(0.0, x._replace(voltage_saturated_time=0.0), u, p, PYTHON)
+
+    assert not at_its_end["voltage_saturated"]
+    assert instance["voltage_saturated"]
+    run(instance, 1, lambda t: 0.25e-3)
+    assert not instance["voltage_saturated"]
+
+
+def test_a_long_step_shows_every_flag_of_its_periods():
+    short, long = (at_rest(i_max=8.0, v_max=0.05, V_max=15.0) for _ in range(2))
+    seen = dict.fromkeys(LIMITS, False)
+    for k in range(400):
+        short["s_cmd"] = 0.02
+        short.step(k * SAMPLE, SAMPLE)
+        seen = {name: seen[name] or raised for name, raised in flags(short).items()}
+    long["s_cmd"] = 0.02
+    long.step(0.0, 0.4)
+
+    assert flags(long) == seen
+    assert sum(seen.values()) == 3
+    assert not any(flags(short).values())
+    assert [long[n] for n in STATE_NAMES] == pytest.approx([short[n] for n in STATE_NAMES], rel=1e-12)
+    long.step(0.4, 0.4)
+    assert not any(flags(long).values())
+
+
+def test_a_stop_that_is_passed_within_a_long_step_ends_the_run():
+    """The integral of the speed controller brings the leg back long before the second has passed."""
+    length = at_rest()["leg_length[1]"]
+    instance = at_rest(l_max=length + 20e-6, stop_margin=0.0)
+    free = at_rest()
+    for one in (instance, free):
+        one["f_contact"] = 5000.0
+    free.step(0.0, 1.0)
+
+    assert read(free, "leg_length").max() < length + 20e-6
+    with pytest.raises(ModelError, match=r"leg_length\[1\]: leg 1 is past a stop, got 1\.50\d+ m"):
+        instance.step(0.0, 1.0)
+    assert instance.time < 0.1
 
 
 def started(**values):

@@ -55,6 +55,7 @@ typedef struct {
 
 extern const Variable model_variables[];
 extern const Fault model_fault_texts[];
+extern const int model_restarting[]; /* states that begin each communication step at their start value */
 
 /* Equations on t, states x (continuous first), inputs u and parameters p. */
 void model_initial(double t, const double *x, const double *u, const double *p, double *new_x);

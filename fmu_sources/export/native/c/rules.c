@@ -62,6 +62,18 @@ bool check_inputs(const Instance *instance, Data *data) {
     return (isfinite(sum) && !data->is_unchecked) || check_rules(instance, data);
 }
 
+bool has_fault(const Data *data, double t) {
+    const double *values = data->values;
+    double faults[ROOM(N_FAULTS)];
+    model_faults(t, values + FIRST_STATE, values + FIRST_INPUT, values, faults);
+    for (int i = 0; i < N_FAULTS; i++) {
+        if (faults[i] != 0.0) {
+            return true;
+        }
+    }
+    return false;
+}
+
 static bool check_faults(const Instance *instance, const Data *data) {
     const double *values = data->values;
     double faults[ROOM(N_FAULTS)];

@@ -14,4 +14,7 @@ bool check_inputs(const Instance *instance, Data *data);
 /* Refuse what the model calls a fault, and states and outputs that are not finite. */
 bool check_results(const Instance *instance, const Data *data);
 
+/* Whether the model calls the present states a fault at t [s]. */
+bool has_fault(const Data *data, double t);
+
 #endif

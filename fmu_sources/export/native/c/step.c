@@ -45,7 +45,15 @@ static bool refuse_multiple(const Instance *instance, double h, double period) {
     return refuse_step(instance, text.at, h, "a multiple of", period);
 }
 
+static void restart(Data *data) {
+    for (int i = 0; i < N_RESTARTING; i++) {
+        data->values[model_restarting[i]] = model_variables[model_restarting[i]].start;
+    }
+}
+
 static void advance(Data *data, double t, double h, int n, double period) {
+    data->time = t + h;
+    restart(data);
     for (int i = 0; i < n; i++) {
         const double start = t + i * period;
         if (N_STATES > N_CONTINUOUS) {
@@ -55,8 +63,11 @@ static void advance(Data *data, double t, double h, int n, double period) {
             const Span span = {start, period, (double)i / n, 1.0 / n};
             integrate(data, &span);
         }
+        if (i + 1 < n && has_fault(data, start + period)) {
+            data->time = start + period;
+            break;
+        }
     }
-    data->time = t + h;
     remember_inputs(data);
     apply_outputs(data);
 }

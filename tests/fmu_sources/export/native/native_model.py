@@ -13,6 +13,7 @@ from fmu_sources.variables import (
     declare,
     fixed,
     input_,
+    of_each_step,
     output,
     parameter,
     sampled,
@@ -46,9 +47,11 @@ class Specimen(Model):
         vector(input_("u", "N", "Forces"), 2),
         state("y", "m", "Displacement", 0.1, output=True),
         state("v", "m/s", "Velocity"),
+        of_each_step(state("way", "m", "Way in the step")),
         sampled(state("mean", "N", "Running mean of the first force")),
         sampled(state("count", "1", "Samples"), hidden=True),
         output("f", "N", "Spring force"),
+        output("mean_speed", "m/s", "Way in the step over a period"),
         output("stretched", "1", "Displacement is positive", boolean=True),
     )
     sample_time = "T"
@@ -66,12 +69,16 @@ class Specimen(Model):
         self, t: Any, x: Any, u: Any, p: Any, m: Arithmetic, slot: SlotFunction = no_effect
     ) -> Values:
         force = u.u[0] + u.u[1] * m.sin(7.0 * t) - p.c * x.v - _spring(x.y, p, m)
-        return {"y": x.v, "v": force / (p.m * p.n)}
+        return {"y": x.v, "v": force / (p.m * p.n), "way": m.fabs(x.v)}
 
     def outputs(
         self, t: Any, x: Any, u: Any, p: Any, m: Arithmetic, slot: SlotFunction = no_effect
     ) -> Values:
-        return {"f": _spring(x.y, p, m), "stretched": m.where(m.both(x.y > 0.0, p.spring), True, False)}
+        return {
+            "f": _spring(x.y, p, m),
+            "mean_speed": x.way / p.T,
+            "stretched": m.where(m.both(x.y > 0.0, p.spring), True, False),
+        }
 
     def faults(self, t: Any, x: Any, u: Any, p: Any, m: Arithmetic) -> Sequence[Any]:
         return (m.fabs(x.y) > 5.0,)

@@ -9,7 +9,7 @@ import pytest
 from native_library import GUID, Fmu, Fmu3
 from native_model import MODEL
 
-from fmu_sources.instance import Instance
+from fmu_sources.instance import Instance, ModelError
 
 OK, ERROR = 0, 3
 UNSUPPORTED = (
@@ -130,6 +130,31 @@ def test_a_tuned_parameter_is_checked_before_the_next_step(fmu: Fmu) -> None:
 
     assert fmu.step(0.0, 1e-3) == ERROR
     assert fmu.messages == ["m: value not allowed, got 0.0 kg, expected above 0.0"]
+
+
+def test_a_fault_within_a_long_step_ends_it_there_though_it_would_be_gone_at_its_end(fmu: Fmu) -> None:
+    """An undamped swing of 8.7 m: sqrt(800 N/m / 6 kg) = 11.5 rad/s, back at the middle after 0.544 s."""
+    values = {"law": 1, "c": 0.0, "v": 100.0, "y": 0.0}
+    python, short = Instance(MODEL), Instance(MODEL)
+    for instance in (python, short):
+        for name, value in values.items():
+            instance[name] = value
+        instance.initialise()
+    assert fmu.enter() == fmu.set(**values) == fmu.exit() == OK
+
+    with pytest.raises(ModelError, match="y: off the table") as refused:
+        python.step(0.0, 0.544)
+    with pytest.raises(ModelError, match="y: off the table") as stepwise:
+        run_until_refused(short)
+    assert fmu.step(0.0, 0.544) == ERROR
+    assert fmu.messages == [str(refused.value)]
+    assert python.time == pytest.approx(short.time) == pytest.approx(math.asin(5 / 8.66) / 11.55, abs=1e-3)
+    assert str(refused.value)[:30] == str(stepwise.value)[:30]
+
+
+def run_until_refused(instance: Instance) -> None:
+    for k in range(544):
+        instance.step(k * 1e-3, 1e-3)
 
 
 def test_a_step_that_is_no_multiple_of_the_sampling_is_refused(fmu: Fmu) -> None:
