@@ -96,8 +96,7 @@ def steps_of(schedule: Schedule, wire: Wire) -> tuple[int, int]:
     """Least and largest age in steps that the coupling gives a connection."""
     source, target = wire.source.instance, wire.target.instance
     group_source, group_target = schedule.group_of(source), schedule.group_of(target)
-    iterated = group_source == group_target and group_source in schedule.iterations and not wire.delay
-    base = 0 if iterated or group_source < group_target else 1
+    base = 0 if schedule.is_iterated(wire) or group_source < group_target else 1
     every_source, every_target = schedule.every[source], schedule.every[target]
     return _rates(base + wire.delay, every_source, every_target)
 

@@ -8,7 +8,7 @@ from graphlib import CycleError, TopologicalSorter
 
 from ..errors import ConfigError, expected
 from ..system.config import IteratedGroup
-from ..system.graph import System
+from ..system.graph import System, Wire
 
 
 @dataclass(frozen=True)
@@ -37,6 +37,19 @@ class Schedule:
     def group_of(self, instance: str) -> int:
         """Place of the instance's group in the order."""
         return next(i for i, group in enumerate(self.groups) if instance in group)
+
+    def is_iterated(self, wire: Wire) -> bool:
+        """Whether a wire lies within an iterated group and is closed there."""
+        group = self.group_of(wire.source.instance)
+        return group in self.iterations and wire.target.instance in self.groups[group] and not wire.delay
+
+    def tolerance_of(self, wire: Wire) -> float:
+        """How far the ends of a wire may stand apart, in the target's unit; 0 where it is not iterated."""
+        if not self.is_iterated(wire):
+            return 0.0
+        iteration = self.iterations[self.group_of(wire.source.instance)]
+        tolerance = iteration.tolerance if wire.tolerance is None else wire.tolerance
+        return tolerance * (wire.target.variable.nominal or 1.0)
 
 
 def make_schedule(

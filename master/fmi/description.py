@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import zipfile
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
 from functools import cached_property
 from pathlib import Path
@@ -148,7 +148,7 @@ def read_description(path: Path) -> Description:
         model_name=model.modelName,
         model_identifier=model.coSimulation.modelIdentifier,
         token=model.guid or model.instantiationToken,
-        variables=_variables(model, version),
+        variables=_variables(model, version, _relative(root)),
         delays=tuple(_delays(root)),
         can_get_and_set_state=bool(model.coSimulation.canGetAndSetFMUstate),
         needs_execution_tool=bool(model.coSimulation.needsExecutionTool),
@@ -156,20 +156,37 @@ def read_description(path: Path) -> Description:
         has_event_mode=bool(model.coSimulation.hasEventMode),
         not_exchanged={v.name: what for v in model.modelVariables if (what := not_exchanged(v))},
         ticked_clocks=tuple(v.name for v in model.modelVariables if is_ticked(v)),
-        feedthrough={
-            name: _dependencies(u, model) for u in model.outputs for name in element_names(u.variable)
-        },
+        feedthrough=_feedthrough(model),
         influences={
             e.get("output", ""): tuple((e.get("inputs") or "").split()) for e in root.iter("Influence")
         },
     )
 
 
-def _variables(model: Any, version: str) -> tuple[Variable, ...]:
+def _variables(model: Any, version: str, relative: set[str]) -> tuple[Variable, ...]:
     """All variables that the master exchanges, arrays by their elements."""
     units = {u.name: _unit(u) for u in model.unitDefinitions}
+    differences = {name: replace(unit, offset=0.0) for name, unit in units.items()}
     exchanged = (v for v in model.modelVariables if not not_exchanged(v))
-    return tuple(part for v in exchanged for part in elements(_variable(v, units, version), v))
+    return tuple(
+        part
+        for v in exchanged
+        for part in elements(_variable(v, differences if v.name in relative else units, version), v)
+    )
+
+
+def _relative(root: ET.Element) -> set[str]:
+    """Variables that are differences, of temperatures for example: their unit's offset is not theirs."""
+
+    def is_relative(e: ET.Element) -> bool:
+        return e.get("relativeQuantity") in ("true", "1")
+
+    types = {e.get("name") for e in root.iterfind("TypeDefinitions/*") if any(map(is_relative, (e, *e)))}
+    return {
+        e.get("name", "")
+        for e in root.iterfind("ModelVariables/*")
+        if any(is_relative(part) or part.get("declaredType") in types for part in (e, *e))
+    }
 
 
 def _read_xml(path: Path) -> ET.Element:
@@ -203,7 +220,6 @@ def _value_type(name: str, version: str) -> int:
 
 def _variable(v: Any, units: Mapping[str, Unit], version: str) -> Variable:
     declared = v.declaredType
-    unit = v.unit or (declared.unit if declared is not None else None)
     items = {i.name: int(i.value) for i in declared.items} if declared is not None and declared.items else {}
     return Variable(
         name=v.name,
@@ -214,13 +230,21 @@ def _variable(v: Any, units: Mapping[str, Unit], version: str) -> Variable:
         variability=v.variability,
         initial=v.initial,
         start=v.start,
-        unit=units.get(unit, Unit(unit, defined=False)) if unit else None,
+        unit=_unit_of(v, units),
         minimum=first_number(v.min),
         maximum=first_number(v.max),
         nominal=first_number(v.nominal),
         items=items,
         description=v.description or "",
     )
+
+
+def _unit_of(v: Any, units: Mapping[str, Unit]) -> Unit | None:
+    declared = v.declaredType
+    name = v.unit or (declared.unit if declared is not None else None)
+    if not name:
+        return None
+    return units.get(name, Unit(name, defined=False))
 
 
 def _number(text: Any) -> float | None:
@@ -242,11 +266,20 @@ def _unit(u: Any) -> Unit:
     return Unit(u.name, {k: n for k, n in exponents.items() if n}, factor, offset)
 
 
-def _dependencies(unknown: Any, model: Any) -> tuple[str, ...]:
-    """Inputs that the output hangs on at once; all inputs where the FMU does not say."""
-    known = unknown.dependencies
-    candidates = model.modelVariables if known is None else known
-    return tuple(name for v in candidates if v.causality == "input" for name in element_names(v))
+def _feedthrough(model: Any) -> dict[str, tuple[str, ...]]:
+    """Inputs that each output hangs on at once; all inputs where the FMU does not say."""
+    every = _inputs(model.modelVariables)
+    said = {u.variable.name: u.dependencies for u in model.outputs if u.dependencies is not None}
+    return {
+        name: _inputs(said[v.name]) if v.name in said else every
+        for v in model.modelVariables
+        if v.causality == "output"
+        for name in element_names(v)
+    }
+
+
+def _inputs(variables: Any) -> tuple[str, ...]:
+    return tuple(name for v in variables if v.causality == "input" for name in element_names(v))
 
 
 def _delays(root: ET.Element) -> list[DeclaredDelay]:

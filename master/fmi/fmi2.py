@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from .description import Kind, Variable
-from .fmu import WHOLE, FmuSlave, address, identity
+from .fmu import FmuSlave, address
 from .slave import CInterface
 from .value_types import FLOAT64, INT32, INT_BOOLEAN
 
@@ -64,8 +64,9 @@ class Fmi2Slave(FmuSlave):
             finalise()
         self._fmu.freeLibrary()
 
-    def _setter(self, variable: Variable) -> tuple[Callable[..., Any], Callable[[Any], Any]]:
-        return getattr(self._fmu, f"set{_NAMES[variable.kind]}"), WHOLE.get(variable.kind, identity)
+    def _setter(self, variable: Variable) -> Callable[..., Any]:
+        setter: Callable[..., Any] = getattr(self._fmu, f"set{_NAMES[variable.kind]}")
+        return setter
 
     def _getter(self, variable: Variable) -> Callable[..., Any]:
         getter: Callable[..., Any] = getattr(self._fmu, f"get{_NAMES[variable.kind]}")

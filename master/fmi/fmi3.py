@@ -8,7 +8,7 @@ from typing import Any
 from ..system.values import parse
 from .description import Kind, Variable
 from .event_mode import EventMode
-from .fmu import WHOLE, FmuSlave, address, identity
+from .fmu import FmuSlave, address
 from .slave import CInterface
 from .value_types import BOOLEAN, FLOAT32, FLOAT64, NAMES
 
@@ -49,8 +49,8 @@ class Fmi3Slave(FmuSlave):
             else:
                 self._array(variable)[variable.element] = value
         for array in {v.reference: v for v in variables if v.element is not None}.values():
-            setter, convert = self._setter(array)
-            self._call(setter, [array.reference], [convert(x) for x in self._array(array)])
+            given = [self._taken(array, x) for x in self._array(array)]
+            self._call(self._setter(array), [array.reference], given)
 
     def get(self, variables: Sequence[Variable]) -> list[float]:
         found = []
@@ -101,9 +101,10 @@ class Fmi3Slave(FmuSlave):
         if self._events is not None:
             self._call(self._events.update)
 
-    def _setter(self, variable: Variable) -> tuple[Callable[..., Any], Callable[[Any], Any]]:
+    def _setter(self, variable: Variable) -> Callable[..., Any]:
         name = "String" if variable.kind is Kind.STRING else NAMES[variable.value_type]
-        return getattr(self._fmu, f"set{name}"), WHOLE.get(variable.kind, identity)
+        setter: Callable[..., Any] = getattr(self._fmu, f"set{name}")
+        return setter
 
     def _getter(self, variable: Variable) -> Callable[..., Any]:
         getter: Callable[..., Any] = getattr(self._fmu, f"get{NAMES[variable.value_type]}")

@@ -13,6 +13,7 @@ from typing import Any
 from ..errors import FmuError
 from . import folders
 from .description import Description, Kind, Variable
+from .value_types import RANGES
 
 STATUS = ("ok", "warning", "discard", "error", "fatal", "pending")
 
@@ -36,8 +37,8 @@ class FmuSlave:
     def _instantiate(self) -> Any:
         raise NotImplementedError
 
-    def _setter(self, variable: Variable) -> tuple[Callable[..., Any], Callable[[Any], Any]]:
-        """Give FMPy's setter for a variable's type, and what turns a double into its value."""
+    def _setter(self, variable: Variable) -> Callable[..., Any]:
+        """Give FMPy's setter for a variable's type."""
         raise NotImplementedError
 
     def _getter(self, variable: Variable) -> Callable[..., Any]:
@@ -45,8 +46,17 @@ class FmuSlave:
 
     def set(self, variables: Sequence[Variable], values: Sequence[float | str]) -> None:
         for variable, value in zip(variables, values, strict=True):
-            setter, convert = self._setter(variable)
-            self._call(setter, [variable.reference], [convert(value)])
+            self._call(self._setter(variable), [variable.reference], [self._taken(variable, value)])
+
+    def _taken(self, variable: Variable, value: float | str) -> Any:
+        """Turn a double, or a text, into what FMPy's setter takes; FmuError if the type does not hold it."""
+        if variable.kind is not Kind.INTEGER:
+            return {Kind.REAL: float, Kind.BOOLEAN: bool, Kind.STRING: str}[variable.kind](value)
+        least, largest = RANGES[variable.value_type]
+        if not least <= float(value) <= largest:
+            problem = f"value does not fit, got {value}, expected from {least:g} to {largest:g}"
+            raise FmuError(self.name, f"{variable.name}: {problem}")
+        return round(float(value))
 
     def get(self, variables: Sequence[Variable]) -> list[float]:
         found = []
@@ -116,11 +126,3 @@ def unpack(path: Path) -> str:
 def address(function: Any) -> int:
     """Address of a C function of a loaded library."""
     return ctypes.cast(function, ctypes.c_void_p).value or 0
-
-
-def identity(value: Any) -> Any:
-    """Pass a value on."""
-    return value
-
-
-WHOLE: dict[Kind, Callable[[Any], Any]] = {Kind.INTEGER: round, Kind.BOOLEAN: bool, Kind.STRING: str}

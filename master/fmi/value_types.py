@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -26,10 +27,32 @@ NAMES = (
 
 LARGEST_SIZE = 8
 
+# least and largest value of each whole type; those of 64 bits as far as a double tells them apart
+RANGES = {
+    **{t: (-(2.0 ** (n - 1)), 2.0 ** (n - 1) - 1.0) for t, n in ((INT8, 8), (INT16, 16), (INT32, 32))},
+    **{t: (0.0, 2.0**n - 1.0) for t, n in ((UINT8, 8), (UINT16, 16), (UINT32, 32))},
+    INT64: (-(2.0**63), 2.0**63 - 1024.0),
+    UINT64: (0.0, 2.0**64 - 2048.0),
+}
+
+
+_LEAST = np.array([RANGES.get(t, (-math.inf, math.inf))[0] for t in range(INT_BOOLEAN + 1)])
+_LARGEST = np.array([RANGES.get(t, (-math.inf, math.inf))[1] for t in range(INT_BOOLEAN + 1)])
+
+
+@register_jitable
+def first_misfit(values: Any, place: int, n: int, kind: int) -> int:
+    """Place of the first of n doubles from `place` on that a whole type cannot hold; -1 if there is none."""
+    if _LARGEST[kind] < np.inf:
+        for j in range(place, place + n):
+            if not (_LEAST[kind] <= np.rint(values[j]) <= _LARGEST[kind]):
+                return j
+    return -1
+
 
 @register_jitable
 def pack(values: Any, place: int, n: int, kind: int, scratch: Any) -> None:
-    """Write n doubles from `place` on into the bytes of `scratch` as values of a type."""
+    """Write n doubles from `place` on into the bytes of `scratch` as values of a type that holds them."""
     if kind == FLOAT32:
         floats = scratch.view(np.float32)
         for j in range(n):

@@ -12,9 +12,9 @@ import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
-from ..fmi.value_types import FLOAT64, LARGEST_SIZE, pack, unpack
+from ..fmi.value_types import FLOAT64, LARGEST_SIZE, first_misfit, pack, unpack
 from . import calls
-from .operations import channel, close_loop, extrapolate, heed
+from .operations import MISFIT, channel, close_loop, extrapolate, heed
 from .program import CHANNEL, CHECK, COPY, EXTRAPOLATE, GET, KEEP, SAVE, SET, STEP, WARNING, Memory
 
 DONE, FAILED, OUT_OF_LIMITS, NOT_CONVERGED, TRIGGERED, ENDED = range(6)
@@ -79,6 +79,8 @@ def _exchange_packed(
     """Set or get a block of another type than double; `block` goes on with place, type and operation."""
     n_values, place, kind = block[2], block[3], block[4]
     if block[5] == SET:
+        if first_misfit(values, place, n_values, kind) >= 0:
+            return MISFIT
         pack(values, place, n_values, kind, scratch)
         return _exchange(slave, function, block, scratch.ctypes.data)
     status = _exchange(slave, function, block, scratch.ctypes.data)

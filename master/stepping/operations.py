@@ -28,7 +28,12 @@ from .program import (
 Floats = NDArray[np.float64]
 Bytes = NDArray[np.uint8]
 
-STOOD_STILL, WANTED_EVENTS, ENDED_WITHIN = 101, 102, 103  # beside the statuses of FMI, from 0 to 5
+STOOD_STILL, WANTED_EVENTS, ENDED_WITHIN, MISFIT = (
+    101,
+    102,
+    103,
+    104,
+)  # beside the statuses of FMI, from 0 to 5
 
 _MULTIPLIER, _MODULUS = 48271, 2147483647
 

@@ -14,11 +14,12 @@ import numpy as np
 from ..errors import FmuError
 from ..fmi.fmu import STATUS
 from ..fmi.slave import Slave
+from ..fmi.value_types import NAMES, RANGES, first_misfit
 from ..results.recorder import Recorder, Result, Sink
 from ..system.graph import Port, System
 from . import loop
 from .director import Director
-from .operations import ENDED_WITHIN, STOOD_STILL, WANTED_EVENTS
+from .operations import ENDED_WITHIN, MISFIT, STOOD_STILL, WANTED_EVENTS
 from .pacing import Pacer
 from .program import Program
 from .scenario import Scenario
@@ -185,9 +186,25 @@ class RunLoop:
         if status == ENDED_WITHIN or (status == DISCARD and slave.asked_for_end()):
             return self._terminated(operation)
         name = STATUS[status] if 0 <= status < len(STATUS) else "error"
-        said = _DEVIATIONS.get(status) or slave.last_message() or f"answered with status {name}"
+        said = (
+            self._misfit(operation)
+            if status == MISFIT
+            else _DEVIATIONS.get(status) or slave.last_message() or f"answered with status {name}"
+        )
         error = FmuError(instance, said, time=self.grid.time(self.done), status=name)
         return self._outcome(FAILED, error=error)
+
+    def _misfit(self, operation: int) -> str:
+        """Name the first value that the type of its input does not hold."""
+        memory = self.program.memory
+        _, _, first, kind, n = memory.blocks[memory.operations[operation, 4]]
+        place = first_misfit(memory.values, first, n, kind)
+        signal = next(name for name, at in self.program.place.items() if at == place)
+        least, largest = RANGES[int(kind)]
+        return (
+            f"{signal}: value does not fit {NAMES[kind]}, got {memory.values[place]:g}, "
+            f"expected from {least:g} to {largest:g}"
+        )
 
     def _terminated(self, operation: int) -> Outcome:
         """End the run where an FMU asks for it; the rows stay."""

@@ -169,8 +169,7 @@ class _Translator:
         for wire in inner:
             source, target = self.place[wire.source.name], self._taken(wire)
             self.residuals.append([source, target, self._conversion(wire)])
-            tolerance = iteration.tolerance if wire.tolerance is None else wire.tolerance
-            self.tolerances.append(tolerance * (wire.target.variable.nominal or 1.0))
+            self.tolerances.append(self.schedule.tolerance_of(wire))
             self.loop_wires.append(f"{wire.source.name} -> {wire.target.name}")
         self._add(CHECK, every, len(self.loops))
         self.loops.append([back, first, len(self.residuals), iteration.maximum, 0])

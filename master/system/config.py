@@ -10,7 +10,9 @@ from pydantic import (
     AfterValidator,
     BaseModel,
     ConfigDict,
+    Discriminator,
     Field,
+    Tag,
     ValidationError,
     ValidationInfo,
     field_validator,
@@ -41,6 +43,13 @@ def _signal(text: str) -> str:
     return text
 
 
+def _name(text: str) -> str:
+    if not text or any(c.isspace() or c in ".<>" for c in text):
+        raise ValueError("not a name without spaces, '.', '<' and '>'")
+    return text
+
+
+Name = Annotated[str, AfterValidator(_name)]
 Signal = Annotated[str, AfterValidator(_signal)]
 Finite = Annotated[float, AfterValidator(finite)]
 Ticks = Annotated[int, Field(ge=0, le=MOST_DELAY)]
@@ -80,10 +89,24 @@ class IteratedGroup(Part):
     maximum: Annotated[int, Field(ge=1)] = 50
 
 
+def _form(entry: Any) -> str:
+    if isinstance(entry, list):
+        return "<side by side>"
+    return "<iterated>" if isinstance(entry, dict | IteratedGroup) else "<one>"
+
+
+OrderEntry = Annotated[
+    Annotated[str, Tag("<one>")]
+    | Annotated[list[str], Tag("<side by side>")]
+    | Annotated[IteratedGroup, Tag("<iterated>")],
+    Discriminator(_form),
+]
+
+
 class Coupling(Part):
     """The order in which the FMUs step; an inner list steps side by side, `{iterate: [...]}` iterates."""
 
-    order: list[str | list[str] | IteratedGroup] | None = None
+    order: list[OrderEntry] | None = None
 
 
 class Compare(Part):
@@ -144,7 +167,7 @@ class Config(Part):
     step_size: Seconds = 1e-3
     start_time: Finite = 0.0
     stop_time: Seconds
-    fmus: Annotated[dict[str, FmuEntry], Field(min_length=1)]
+    fmus: Annotated[dict[Name, FmuEntry], Field(min_length=1)]
     coupling: Coupling = Coupling()
     connections: list[Connection] = []
     variants: dict[str, dict[str, ParameterValues]] = {}
@@ -230,6 +253,8 @@ def _data_place(data: Any, location: Place) -> Place:
     """Drop from pydantic's location what names a type and not a key of the file."""
     place: list[str | int] = []
     for key in location:
+        if isinstance(key, str) and key.startswith("<"):
+            continue
         inside = (isinstance(data, dict) and key in data) or (
             isinstance(data, list) and isinstance(key, int) and key < len(data)
         )

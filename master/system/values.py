@@ -6,6 +6,7 @@ import math
 
 from ..errors import expected
 from ..fmi.description import Description, Kind, Variable
+from ..fmi.value_types import RANGES
 from .config import Value
 
 
@@ -47,10 +48,15 @@ def _from_text(variable: Variable, text: str) -> float:
 def _refuse_out_of_range(variable: Variable, value: float) -> None:
     if not math.isfinite(value):
         raise ValueError("expected a finite number")
-    if variable.minimum is not None and value < variable.minimum:
-        raise ValueError(f"expected at least {variable.minimum:g}")
-    if variable.maximum is not None and value > variable.maximum:
-        raise ValueError(f"expected at most {variable.maximum:g}")
+    least, largest = RANGES.get(variable.value_type, (-math.inf, math.inf))
+    if variable.minimum is not None:
+        least = max(least, variable.minimum)
+    if variable.maximum is not None:
+        largest = min(largest, variable.maximum)
+    if value < least:
+        raise ValueError(f"expected at least {least:g}")
+    if value > largest:
+        raise ValueError(f"expected at most {largest:g}")
 
 
 def settable(d: Description, name: str, key: str, value: Value, connected: set[str]) -> float | str:

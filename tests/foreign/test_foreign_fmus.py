@@ -70,6 +70,24 @@ def test_every_type_of_fmi_2_passes_from_one_fmu_to_the_next(fmu, tmp_path):
     assert last == [0.1, -7.0, 2.0, 1.0]
 
 
+def test_a_start_value_that_a_type_does_not_hold_is_refused(fmu, tmp_path):
+    fmu("3.0")
+    with pytest.raises(ConfigError, match="Int8_in: value not allowed, got 300, expected at most 127"):
+        run(tmp_path, {"a": {"source": "./types3.fmu", "start": {"Int8_in": 300}}})
+
+
+def test_a_value_that_a_type_does_not_hold_ends_the_run(fmu, tmp_path):
+    fmu("2.0"), fmu("3.0")
+    fmus = {"a": {"source": "./types3.fmu"}, "b": {"source": "./types2.fmu"}}
+    fmus["a"]["start"] = {"Int16_in": 300}
+    connections = wires(("a.Int16_out", "b.Real_in"), ("b.Real_out", "a.Int8_in"))
+    outcome = run(tmp_path, fmus, connections)
+
+    assert (outcome.status, outcome.steps) == ("failed", 1)
+    problem = "a.Int8_in: value does not fit Int8, got 300, expected from -128 to 127"
+    assert str(outcome.error) == f"a at t=0.1 s: {problem}"
+
+
 def test_the_elements_of_an_array_are_ports(fmu):
     description = read_description(fmu("3.0"))
 

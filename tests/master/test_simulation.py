@@ -61,6 +61,31 @@ def test_an_algebraic_loop_at_the_start_is_named():
     assert "expected no algebraic loop at the start" in str(caught.value)
 
 
+@pytest.mark.parametrize("order", [["p", "q"], ["q", "p"]])
+def test_an_initial_value_runs_through_two_slaves_many_times(order):
+    """Five wires between two: twice as many passes against the order as there are slaves."""
+    names = range(6)
+    ports = variables(*[(f"u{i}", "input") for i in names], *[(f"y{i}", "output") for i in names])
+    block = Block(lambda t, h, v: {f"y{i}": v[f"u{i}"] + 1.0 for i in names}, ports)
+    wires = [wire(f"{'pq'[i % 2]}.y{i}", f"{'qp'[i % 2]}.u{i + 1}") for i in range(5)]
+    result = bench({"p": block, "q": block}, wires, order).run(0).result
+
+    assert result["q.y5"].tolist() == [6.0]
+
+
+@pytest.mark.parametrize("order", [["p", "q"], ["q", "p"]])
+def test_an_iterated_group_solves_an_algebraic_loop_at_the_start(order):
+    """The loop p = -q/2 + 1, q = p is solved by 2/3."""
+    blocks = {
+        "p": Block(lambda t, h, v: {"y": 1.0 - 0.5 * v["u"]}, gain().variables),
+        "q": gain(),
+    }
+    group = {"iterate": order, "tolerance": 1e-12, "maximum": 100}
+    made = bench(blocks, [wire("p.y", "q.u"), wire("q.y", "p.u")], [group])
+
+    assert made.run(1).result["q.y"] == pytest.approx([2 / 3, 2 / 3], abs=1e-11)
+
+
 def test_a_real_settles_in_an_integer_and_a_boolean():
     wires = [wire("clock.t", "typed.i"), wire("clock.t", "typed.b")]
     result = bench({"clock": clock(), "typed": typed()}, wires).run(0, t0=0.75).result

@@ -111,6 +111,21 @@ def test_recorded_outputs_are_numbers_in_declared_order(rope):
     assert "time" not in rope.by_name
 
 
+def test_a_relative_quantity_has_none_of_its_unit_s_offset(tmp_path):
+    text = XML.replace('unit="degC"', 'unit="degC" relativeQuantity="true"')
+    text = text.replace('<Real unit="mm"/>', '<Real unit="degC" relativeQuantity="true"/>')
+    description = read_description(archive(tmp_path, text))
+
+    assert [description.by_name[name].unit.offset for name in "Tx"] == [0.0, 0.0]
+    assert description.by_name["x"].unit.name == "degC"
+
+
+def test_an_output_that_the_structure_does_not_list_hangs_on_all_inputs(tmp_path):
+    text = XML.replace('<Unknown index="3" dependencies="1"/>', "")
+
+    assert read_description(archive(tmp_path, text)).feedthrough["x"] == ("u", "T")
+
+
 def test_an_output_without_dependencies_hangs_on_all_inputs(rope):
     assert rope.feedthrough["x"] == ("u",)
     assert rope.feedthrough["y"] == ("u", "T")

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from numba import njit
 
-from master.fmi.value_types import INT_BOOLEAN, LARGEST_SIZE, NAMES, pack, unpack
+from master.fmi.value_types import INT_BOOLEAN, LARGEST_SIZE, NAMES, first_misfit, pack, unpack
 
 _pack = njit(pack)
 _unpack = njit(unpack)
@@ -35,6 +35,24 @@ def test_a_signed_type_keeps_the_sign(form, name):
     _, back = packed(form, NAMES.index(name), -100.0, 7.0)
 
     assert back == [99.0, -100.0, 7.0]
+
+
+@pytest.mark.parametrize("find", [first_misfit, njit(first_misfit)], ids=["python", "compiled"])
+@pytest.mark.parametrize(
+    ("name", "least", "largest"),
+    [("Int8", -128.0, 127.0), ("UInt16", 0.0, 65535.0), ("Int64", -(2.0**63), 2.0**63 - 1024.0)],
+)
+def test_a_value_beyond_a_whole_type_is_found(find, name, least, largest):
+    kind, nan = NAMES.index(name), float("nan")
+
+    assert find(np.array([1e300, least, largest, 0.25]), 1, 3, kind) == -1
+    for value in (np.nextafter(least - 0.5, -np.inf), 1.001 * largest + 1.0, nan, float("inf")):
+        assert find(np.array([0.0, 0.0, value]), 0, 3, kind) == 2
+
+
+@pytest.mark.parametrize("name", ["Float64", "Float32", "Boolean"])
+def test_every_number_fits_the_other_types(name):
+    assert first_misfit(np.array([1e300, float("nan")]), 0, 2, NAMES.index(name)) == -1
 
 
 @FORMS

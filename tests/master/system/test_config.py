@@ -46,6 +46,29 @@ def test_an_order_may_hold_inner_lists(load):
     assert config.coupling.order == ["a", ["b", "c"]]
 
 
+@pytest.mark.parametrize(
+    ("entry", "fault"),
+    [
+        (
+            "{iterate: [a], tolerance: 0}",
+            "coupling.order[0].tolerance: input should be greater than 0, got 0",
+        ),
+        ("3", "coupling.order[0]: input should be a valid string, got 3"),
+        ("[a, 3]", "coupling.order[0][1]: input should be a valid string, got 3"),
+    ],
+)
+def test_a_fault_of_an_order_is_said_once_and_where_it_is(faults, entry, fault):
+    assert faults(HEAD + f"coupling: {{order: [{entry}]}}\n") == [f"system.yaml:5: {fault}"]
+
+
+@pytest.mark.parametrize("name", ["a.b", "'a b'", "''", "a>b"])
+def test_a_name_that_signals_cannot_be_made_of_is_refused(faults, name):
+    [fault] = faults(HEAD.replace("  a:", f"  {name}:"))
+
+    assert "not a name without spaces, '.', '<' and '>'" in fault
+    assert fault.startswith("system.yaml:4: fmus.")
+
+
 def test_missing_keys_are_named(faults):
     assert faults("name: test\n") == [
         "system.yaml:1: stop_time: missing, expected a value",
