@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from analysed import CONFIGS, prepared
 from click.testing import CliRunner
 
 from master.cli import main
+from master.experiment import Request, prepare
 
 LOW = str(CONFIGS / "low_frequency.yaml")
 HEXAPOD = str(CONFIGS / "hexapod" / "high_frequency.yaml")
@@ -146,6 +148,44 @@ def test_a_run_takes_the_design_of_its_configuration():
     assert compensator.value_of("dpdc_frequency") == pytest.approx(2.590, abs=1e-3)
     assert compensator.value_of("dpdc_gain") == pytest.approx(designed["dpdc_gain"], rel=1e-4)
     assert designed["amplitude"] == "plant"
+
+
+def with_phase_lead(path, entry):
+    lines = Path(HEXAPOD).read_text(encoding="utf-8").splitlines()
+    path.write_text(
+        "\n".join(f"dpdc: {entry}" if line.startswith("dpdc:") else line for line in lines), encoding="utf-8"
+    )
+    return path
+
+
+def test_a_run_is_designed_for_the_largest_frequency_of_its_ranges(tmp_path):
+    entry = "{design: auto, amplitude: plant, ranges: {k_p: [3.2e+5, 4.8e+5]}}"
+    file = with_phase_lead(tmp_path / "system.yaml", entry)
+    compensator = prepare(file, Request(variant="cfdc_dpdc")).system.instances["compensator"]
+    designed = answer("design-dpdc", HEXAPOD, "--range", "k_p=320000:480000")
+
+    for name in ("dpdc_phase", "dpdc_frequency", "dpdc_gain"):
+        assert compensator.value_of(name) == pytest.approx(designed[name], rel=1e-4)
+    assert compensator.value_of("dpdc_frequency") == pytest.approx(2.745, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("entry", "fault"),
+    [
+        (
+            "{design: auto, ranges: {k_p: [.nan, 1]}}",
+            "dpdc: no range of k_p, got (nan, 1.0), expected positive",
+        ),
+        ("{design: auto, ranges: {m_e: [2, 1]}}", "dpdc: no range of m_e, got (2.0, 1.0), expected positive"),
+        ("{design: auto, fmu: contact}", "dpdc: no phase lead in contact, got no dpdc, dpdc_phase"),
+        ("{design: auto, fmu: rig}", "dpdc.fmu: no such FMU, got 'rig', expected one of compensator, "),
+    ],
+)
+def test_a_wrong_design_is_refused(tmp_path, entry, fault):
+    found = command("run", with_phase_lead(tmp_path / "system.yaml", entry), "--output", tmp_path)
+
+    assert found.exit_code == 2
+    assert fault in found.output
 
 
 def test_a_gain_set_by_hand_stays():

@@ -98,6 +98,15 @@ def test_an_unknown_key_of_an_fmu_is_answered_with_the_keys_of_an_fmu(faults):
         ("connections: [{from: a, to: b.u}]", "connections[0].from: not an 'instance.variable', got 'a'"),
         ("limits: {a.t: -1}", "limits.a.t: input should be greater than 0, got -1"),
         ("compare: {signal: a.t, offset: 0}", "compare.offset: input should be greater than 0, got 0"),
+        (
+            "dpdc: {design: auto, amplitude: flat}",
+            "dpdc.amplitude: input should be 'paper' or 'plant', got 'flat'",
+        ),
+        ("dpdc: {amplitude: plant}", "dpdc.design: missing, expected a value"),
+        (
+            "dpdc: {design: auto, amplitud: plant}",
+            "dpdc.amplitud: unknown key, expected 'amplitude' (of design, fmu, amplitude, ranges)",
+        ),
     ],
 )
 def test_a_value_of_the_wrong_kind_is_refused(faults, line, fault):
