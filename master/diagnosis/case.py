@@ -24,7 +24,21 @@ class RecordingEntry(Part):
 
     file: str
     array: str | None = None
-    rows: tuple[int, int] | None = None
+    rows: tuple[Annotated[int, Field(ge=0)], int] | None = None
+
+    @model_validator(mode="after")
+    def _ordered(self) -> RecordingEntry:
+        if self.rows is not None and self.rows[1] <= self.rows[0]:
+            raise ValueError(f"rows: got {list(self.rows)}, expected [first, end] with first below end")
+        return self
+
+
+def _recording(value: Any) -> Any:
+    return {"file": value} if isinstance(value, str) else value
+
+
+def _names_of_effects(value: Any) -> Any:
+    return [value] if isinstance(value, str) and value != "all" else value
 
 
 class TimeEntry(Part):
@@ -60,6 +74,8 @@ class SignalEntry(Part):
     def _one(self) -> SignalEntry:
         if (self.column is None) == (self.rate_of is None):
             raise ValueError("a signal has either 'column' or 'rate_of'")
+        if self.scale == 0.0:
+            raise ValueError("scale: got 0, expected another number")
         return self
 
 
@@ -131,7 +147,9 @@ class Case(Part):
     system: str | None = None
     variant: str | None = None
     fmus: dict[str, FmuEntry] = Field({})
-    recordings: Annotated[dict[str, RecordingEntry], Field(min_length=1)]
+    recordings: Annotated[
+        dict[str, Annotated[RecordingEntry, BeforeValidator(_recording)]], Field(min_length=1)
+    ]
     time: TimeEntry
     signals: Annotated[dict[str, SignalEntry], Field(min_length=1)]
     inputs: Annotated[dict[Signal, Annotated[InputEntry, BeforeValidator(_input)]], Field(min_length=1)]
@@ -139,7 +157,7 @@ class Case(Part):
     refit: dict[Signal, RefitEntry] = Field({})
     set: dict[Signal, float | int | str | bool] = Field({})
     starts: dict[Signal, tuple[float, float]] = Field({})
-    slots: dict[Signal, Literal["all"] | list[str]] = Field({})
+    slots: dict[Signal, Annotated[Literal["all"] | list[str], BeforeValidator(_names_of_effects)]] = Field({})
     split: SplitEntry
     replay: ReplayEntry = ReplayEntry.model_validate({})
 
@@ -234,4 +252,22 @@ def _names(loaded: LoadedCase) -> list[str]:
             for i, name in enumerate(getattr(case.split, part))
             if name not in case.recordings
         ]
+    return problems + _uses(loaded)
+
+
+def _uses(loaded: LoadedCase) -> list[str]:
+    """Recordings that are used twice, not at all, or all sealed."""
+    split, names = loaded.case.split, loaded.case.recordings
+    used = [name for part in PARTS for name in getattr(split, part)]
+    place = loaded.where("split")
+    problems = [
+        f"{place}: {name!r} stands {used.count(name)} times, expected once"
+        for name in dict.fromkeys(used)
+        if used.count(name) > 1
+    ]
+    if split.blocks is None:
+        idle = [name for name in names if name not in used]
+        problems += [f"{place}: {name!r} is used for nothing, expected a part for it" for name in idle]
+    elif set(names) <= set(split.sealed):
+        problems.append(f"{place}: all recordings are sealed, expected one to cut into blocks")
     return problems

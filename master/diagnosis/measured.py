@@ -7,12 +7,38 @@ from collections.abc import Mapping
 import numpy as np
 from scipy.signal import butter, filtfilt
 
+from .. import catalogue
 from ..errors import ConfigError, DataError
-from .case import LoadedCase, SignalEntry
+from .case import Case, LoadedCase, SignalEntry
+from .parts import CutSystem, cut
 from .recordings import Column, Recording, Rules, read
 from .tables import Array
 
 ORDER = 4
+
+
+def opened(
+    loaded: LoadedCase, progress: catalogue.Progress = catalogue.silent
+) -> tuple[CutSystem, dict[str, Recording]]:
+    """
+    Cut the system of a case and read its recordings.
+
+    Raises:
+        ConfigError: With every fault of both.
+    """
+    problems: list[str] = []
+    recordings: dict[str, Recording] = {}
+    try:
+        recordings = measured(loaded)
+    except ConfigError as error:
+        problems = error.problems
+    try:
+        system = cut(loaded, progress)
+    except ConfigError as error:
+        raise ConfigError([*error.problems, *problems]) from None
+    if problems:
+        raise ConfigError(problems)
+    return system, recordings
 
 
 def measured(loaded: LoadedCase) -> dict[str, Recording]:
@@ -30,6 +56,7 @@ def measured(loaded: LoadedCase) -> dict[str, Recording]:
         except DataError as error:
             where = loaded.where("recordings", name)
             problems += [f"{where}: {line}" for line in str(error).splitlines()]
+    problems += _cut(loaded, found)
     periods = {name: r.period for name, r in found.items()}
     if found and max(periods.values()) > 1.01 * min(periods.values()):
         problems.append(
@@ -38,6 +65,16 @@ def measured(loaded: LoadedCase) -> dict[str, Recording]:
     if problems:
         raise ConfigError(problems)
     return found
+
+
+def _cut(loaded: LoadedCase, found: Mapping[str, Recording]) -> list[str]:
+    cut = loaded.case.replay.cut
+    return [
+        f"{loaded.where('replay', 'cut')}: got {cut} rows off both ends of {name!r}, expected fewer than "
+        f"half of its {len(r)}"
+        for name, r in found.items()
+        if 2 * cut >= len(r)
+    ]
 
 
 def _one(loaded: LoadedCase, name: str) -> Recording:
@@ -49,12 +86,26 @@ def _one(loaded: LoadedCase, name: str) -> Recording:
     }
     t = case.time
     time = None if t.column is None else Column(t.column, t.unit, offset=t.offset)
-    rules = Rules(period=t.period, start=None if entry.rows else 0.0, jitter=t.jitter)
+    rules = Rules(
+        period=t.period, start=None if entry.rows else 0.0, jitter=t.jitter, rates=_rates(case, columns)
+    )
     found = read(loaded.file(entry), time, columns, rules=rules, array=entry.array, rows=entry.rows)
     signals: dict[str, Array] = {}
     for key in _ordered(case.signals):
         signals[key] = _made(case.signals[key], found, signals, key)
     return Recording(name, found.t, signals, found.period)
+
+
+def _rates(case: Case, columns: Mapping[str, Column]) -> dict[str, str]:
+    """Signals whose rate was recorded too: inputs of one FMU by names like q and der_q, s_act and v_act."""
+    found = {}
+    for key, entry in case.inputs.items():
+        fmu, _, name = key.partition(".")
+        for rate in (f"der_{name}", "v_" + name.removeprefix("s_")):
+            other = case.inputs.get(f"{fmu}.{rate}")
+            if other is not None and {entry.signal, other.signal} <= set(columns):
+                found[entry.signal] = other.signal
+    return found
 
 
 def _ordered(signals: Mapping[str, SignalEntry]) -> list[str]:
@@ -77,5 +128,11 @@ def _made(entry: SignalEntry, found: Recording, made: Mapping[str, Array], name:
     if entry.remove_mean:
         values = values - values.mean()
     if entry.lowpass is not None:
+        half = 0.5 / found.period
+        if entry.lowpass >= half:
+            raise DataError(
+                f"signals.{name}.lowpass: got {entry.lowpass:g} Hz, expected less than {half:g} Hz, half the "
+                "sampling rate"
+            )
         values = filtfilt(*butter(ORDER, entry.lowpass, fs=1.0 / found.period), values)
     return np.asarray(values, dtype=float)

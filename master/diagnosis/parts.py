@@ -23,7 +23,7 @@ from ..system.config import Config, LoadedConfig, load_config
 from ..system.graph import System, build_system
 from ..system.values import parse
 from .case import LoadedCase
-from .unit_names import unit
+from .case_faults import faults
 
 Values = dict[str, dict[str, float | str]]
 
@@ -76,7 +76,7 @@ def cut(loaded: LoadedCase, progress: catalogue.Progress = catalogue.silent) -> 
     config = _config(loaded)
     system, sources = _system(config, loaded, progress)
     schedule = make_schedule(system, config.config.coupling.order, config.where("coupling", "order"))
-    problems = _problems(loaded, system)
+    problems = faults(loaded, system, sources)
     if problems:
         raise ConfigError(problems)
     order = [name for group in schedule.groups for name in group]
@@ -131,54 +131,6 @@ def _system(
                 overrides[f"{fmu}.{key}"] = (config.where("variants", variant, fmu, key), value)
     sources = {name: entry.source for name, entry in entries.items()}
     return build_system(config, descriptions, overrides), sources
-
-
-def _problems(loaded: LoadedCase, system: System) -> list[str]:
-    case, where = loaded.case, loaded.where
-    keys = {
-        "inputs": [*case.inputs],
-        "compared": [*case.compared],
-        "refit": [*case.refit],
-        "set": [*case.set],
-    }
-    problems = []
-    for part, signals in keys.items():
-        for signal in signals:
-            name, _, variable = signal.partition(".")
-            place = where(part, signal)
-            if name not in system.instances:
-                problems.append(f"{place}: no such FMU, got {name!r}, {expected(name, system.instances)}")
-            elif variable not in system.instances[name].description.by_name:
-                known = system.instances[name].description.by_name
-                problems.append(f"{place}: no such variable, got {variable!r}, {expected(variable, known)}")
-    if problems:
-        return problems
-    measured = [(k, e.signal) for k, e in case.inputs.items()] + [*case.compared.items()]
-    faults = [_unit_fault(loaded, system, key, signal) for key, signal in measured]
-    return [f for f in faults if f] + _slot_faults(loaded, system)
-
-
-def _slot_faults(loaded: LoadedCase, system: System) -> list[str]:
-    return [
-        f"{loaded.where('slots', s)}: no such FMU, got {s!r}, expected fmu.slot"
-        for s in loaded.case.slots
-        if s.partition(".")[0] not in system.instances
-    ]
-
-
-def _unit_fault(loaded: LoadedCase, system: System, key: str, signal: str) -> str:
-    """Say if the unit of a signal is not that of the FMU's variable; a rate is not checked."""
-    entry, variable = loaded.case.signals[signal], system.port(key).variable
-    if entry.rate_of is not None or variable.unit is None:
-        return ""
-    try:
-        found = unit(entry.unit)
-    except ValueError:
-        return ""
-    if found.exponents == variable.unit.exponents or entry.unit == "1":
-        return ""
-    place = loaded.where("signals", signal, "unit")
-    return f"{place}: not the unit of {key}, got {entry.unit!r}, expected one of {variable.unit_name!r}"
 
 
 def _parts(loaded: LoadedCase, system: System, order: list[str]) -> tuple[Part, ...]:

@@ -15,9 +15,9 @@ from .evidence import ceiling_of, detect, features_of, worst_output
 from .final import refitted
 from .fitting import Fit, Mask
 from .learning import Learned, learn
-from .measured import measured
+from .measured import opened
 from .part_result import EXACT, PartResult
-from .parts import CutSystem, Part, cut
+from .parts import CutSystem, Part
 from .ranking import ERRORS, gain, powers
 from .recordings import Recording
 from .search import Found, is_accepted, is_worse, search
@@ -68,7 +68,7 @@ def diagnose(loaded: LoadedCase, progress: Progress) -> Diagnosis:
     Raises:
         ConfigError: If the case, its system or its recordings are wrong.
     """
-    system, recordings = cut(loaded, progress), measured(loaded)
+    system, recordings = opened(loaded, progress)
     benches = {part.name: _bench(part, recordings, loaded.case) for part in system.parts}
     some = next(iter(benches.values()))
     split = _split(loaded, _lengths(some, recordings), some.row_period)

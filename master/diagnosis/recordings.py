@@ -85,9 +85,9 @@ def read(
     Raises:
         DataError: With every fault, row and column.
     """
-    table, rules = _cut(read_table(path, array), rows), rules or Rules()
+    rules, where = rules or Rules(), f"{path}" if array is None else f"{path}[{array}]"
+    table = _cut(read_table(path, array), rows, where)
     time = time or _clock(table, rules)
-    where = f"{table.path}" if array is None else f"{table.path}[{array}]"
     wanted = {"time": time, **columns}
     problems = [*_missing(table, wanted, where), *_units(wanted, where), *_cells(table, wanted, where)]
     if problems:
@@ -100,8 +100,11 @@ def read(
     return Recording(array or table.path.stem, t, signals, float((t[-1] - t[0]) / (len(t) - 1)))
 
 
-def _cut(table: Table, rows: tuple[int, int] | None) -> Table:
+def _cut(table: Table, rows: tuple[int, int] | None, where: str) -> Table:
     if rows is not None:
+        longest = max((len(values) for values in table.columns.values()), default=0)
+        if not 0 <= rows[0] < rows[1] <= longest:
+            raise DataError(f"{where}: rows, got {list(rows)}, expected some of its {longest}")
         table.columns = {name: np.array(v[rows[0] : rows[1]]) for name, v in table.columns.items()}
         table.first_row += rows[0]
     return table
@@ -173,15 +176,19 @@ def _time_faults(t: Array, rules: Rules, table: Table, where: str) -> list[str]:
         f"{where}: row {row}: time goes from {t[i]:.9g} to {t[i + 1]:.9g} s, expected it to grow"
         for i, row in zip(back, rows, strict=True)
     ]
-    if problems:
-        return shortened(problems, "steps back")
-    return [*_step_faults(t, steps, rules, table, where), *_clock_faults(t, steps, rules, where)]
+    return [
+        *shortened(problems, "steps back"),
+        *_step_faults(t, steps, rules, table, where),
+        *_clock_faults(t, steps, rules, where),
+    ]
 
 
 def _step_faults(t: Array, steps: Array, rules: Rules, table: Table, where: str) -> list[str]:
-    usual = float(np.median(steps))
-    is_gap = steps > GAP * usual
-    is_jitter = (np.abs(steps - usual) > rules.jitter * usual) & ~is_gap
+    usual = float(np.median(np.abs(steps)))
+    is_back = steps <= 0.0
+    is_known = is_back | np.concatenate([[False], is_back[:-1]])  # a step back, and what makes up for it
+    is_gap = (steps > GAP * usual) & ~is_known
+    is_jitter = (np.abs(steps - usual) > rules.jitter * usual) & ~is_gap & ~is_known
     problems: list[str] = []
     for chosen, what in ((is_gap, "gap"), (is_jitter, "jitter")):
         found = [

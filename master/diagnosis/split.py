@@ -100,9 +100,7 @@ def by_blocks(
         for use, begin, end in _joined(pattern, n):
             inner = Stretch(name, begin + (guard if begin else 0), end)
             if inner.end - inner.begin <= guard:
-                problems.append(
-                    f"split: block {begin}..{end} of {name!r} is too short for a guard of {guard} rows"
-                )
+                problems.append(f"block {begin}..{end} of {name!r} is too short for a guard of {guard} rows")
             found.setdefault(use, []).append(inner)
     if problems:
         raise DataError("\n".join(problems))

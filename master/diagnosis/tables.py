@@ -47,6 +47,10 @@ def read_table(path: str | Path, name: str | None = None) -> Table:
     reader = _READERS.get(path.suffix.lower())
     if reader is None:
         raise DataError(f"{path}: kind of file, got {path.suffix!r}, expected one of {[*_READERS]}")
+    if not path.is_file():
+        raise DataError(f"{path}: no such file")
+    if name is not None and path.suffix.lower() not in (".npz", ".mat"):
+        raise DataError(f"{path}: array, got {name!r}, expected none: only NPZ and MAT have arrays")
     try:
         return reader(path, name)
     except (OSError, ValueError, KeyError, NotImplementedError) as error:
@@ -54,12 +58,19 @@ def read_table(path: str | Path, name: str | None = None) -> Table:
 
 
 def _csv(path: Path, _: str | None) -> Table:
-    with path.open(newline="", encoding="utf-8") as file:
+    with path.open(newline="", encoding="utf-8-sig") as file:
         rows = list(csv.reader(file))
     if not rows:
         raise ValueError("the file is empty, expected a header")
     header, body = [cell.strip() for cell in rows[0]], rows[1:]
-    faults: dict[str, list[str]] = {}
+    other = next((sign for sign in (";", "\t") if len(header) == 1 and sign in header[0]), None)
+    if other is not None:
+        raise ValueError(f"cells are separated by {other!r}, expected ','")
+    faults: dict[str, list[str]] = {
+        name: [f"{path}: column {name!r} stands {header.count(name)} times, expected once"]
+        for name in header
+        if header.count(name) > 1
+    }
     values = np.full((len(body), len(header)), math.nan)
     for i, row in enumerate(body):
         if len(row) != len(header):
@@ -83,8 +94,13 @@ def _npz(path: Path, name: str | None) -> Table:
 
 def _mat(path: Path, name: str | None) -> Table:
     from scipy.io import loadmat
+    from scipy.io.matlab import MatReadError
 
-    found = {key: np.asarray(value) for key, value in loadmat(path).items() if not key.startswith("__")}
+    try:
+        contents = loadmat(path)
+    except MatReadError as error:
+        raise ValueError(str(error)) from None
+    found = {key: np.asarray(value) for key, value in contents.items() if not key.startswith("__")}
     return _arrays(path, found, name)
 
 
@@ -92,23 +108,40 @@ def _parquet(path: Path, _: str | None) -> Table:
     import pyarrow.parquet
 
     found = pyarrow.parquet.read_table(path)
-    columns = {key: np.asarray(found[key].to_numpy(), dtype=float) for key in found.column_names}
-    return Table(path, columns)
+    return _by_columns(path, {key: found[key].to_numpy() for key in found.column_names})
 
 
 def _arrays(path: Path, found: Mapping[str, Any], name: str | None) -> Table:
     if name is None:
-        flat = {
-            key: np.squeeze(value) for key, value in found.items() if np.asarray(value).dtype.kind in "fiub"
-        }
-        return Table(path, {key: v.astype(float) for key, v in flat.items() if v.ndim == 1 and v.size > 1})
+        flat = {key: np.squeeze(value) for key, value in found.items()}
+        columns = {key: v for key, v in flat.items() if v.ndim == 1 and v.size > 1}
+        if not columns:
+            raise ValueError(f"no columns, expected the name of an array, one of {[*found]}")
+        return _by_columns(path, columns)
     if name not in found:
         raise ValueError(f"no array of this name, got {name!r}, expected one of {[*found]}")
     values = np.asarray(found[name], dtype=float)
-    names = (
-        [str(n) for n in found["columns"]] if "columns" in found else [str(i) for i in range(values.shape[1])]
-    )
+    if values.ndim != 2:
+        raise ValueError(f"array {name!r}: got {values.ndim} dimensions, expected 2")
+    names = [str(i) for i in range(values.shape[1])]
+    if "columns" in found:
+        names = [str(np.squeeze(n)).strip() for n in np.ravel(found["columns"])]
+    if len(names) != values.shape[1]:
+        raise ValueError(f"array 'columns': got {len(names)} names, expected {values.shape[1]}")
     return Table(path, {n: values[:, j] for j, n in enumerate(names)})
+
+
+def _by_columns(path: Path, columns: Mapping[str, Any]) -> Table:
+    """Take columns of numbers; others are a fault of their own, for who asks for them."""
+    kinds = {key: np.asarray(v).dtype for key, v in columns.items()}
+    strange = {key: kind for key, kind in kinds.items() if kind.kind not in "fiub"}
+    numbers = {key: np.full(len(v), math.nan) if key in strange else v for key, v in columns.items()}
+    table = Table(path, {key: np.asarray(v, dtype=float) for key, v in numbers.items()})
+    table.faults = {
+        key: [f"{path}: column {key!r}: got values of type {kind}, expected numbers"]
+        for key, kind in strange.items()
+    }
+    return table
 
 
 def shortened(faults: list[str], kind: str) -> list[str]:

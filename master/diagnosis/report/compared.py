@@ -22,10 +22,12 @@ def compared(system: CutSystem, own: SealedPart) -> Figure:
     axes: Any = figure.subplots(
         2 * k, 2, squeeze=False, sharex="col", width_ratios=(3, 2), height_ratios=(3, 2) * k
     )
+    left_before = own.measured - own.before
+    worst = worst_stretch(np.sqrt(np.mean((left_before / scale_of(left_before)) ** 2, axis=1)))
     for i, name in enumerate(own.part.compared):
         series = _series(own, i)
         left = {w: series[MEASURED] - v for w, v in series.items() if w != MEASURED}
-        for column, rows in enumerate((slice(None), worst_stretch(left[BEFORE]))):
+        for column, rows in enumerate((slice(None), worst)):
             for ax, curves in ((axes[2 * i, column], series), (axes[2 * i + 1, column], left)):
                 draw(ax, own.t[rows], {w: v[rows] for w, v in curves.items()})
         axes[2 * i, 0].set_ylabel(label(system, name))
@@ -47,6 +49,12 @@ def worst_stretch(residual: Array) -> slice:
     return slice(begin, begin + n)
 
 
+def scale_of(residual: Array) -> Array:
+    """Rms of each output, 1 where it is zero, shape (outputs,)."""
+    size = np.sqrt(np.nanmean(residual**2, axis=0))
+    return np.where(size > 0.0, size, 1.0)
+
+
 def _series(own: SealedPart, i: int) -> dict[str, Array]:
     found = {MEASURED: own.measured[:, i], BEFORE: own.before[:, i]}
-    return found if own.after is own.before else found | {AFTER: own.after[:, i]}
+    return found if np.array_equal(own.after, own.before) else found | {AFTER: own.after[:, i]}

@@ -26,7 +26,6 @@ STYLES: Mapping[str, Mapping[str, float]] = {
 }
 GAP = 1.5
 WIDTH = 10.5
-OTHER_UNITS = {"time": "s"}
 
 
 def new_figure(height: float) -> Figure:
@@ -90,9 +89,12 @@ def unit_of(system: CutSystem, key: str) -> str:
 
 
 def role_label(system: CutSystem, key: str, role: str) -> str:
-    """Name a role of a slot `fmu.slot` with its unit; the memory has that of what it remembers."""
+    """Name a role of a slot `fmu.slot` with its unit; for the memory the rate of what it remembers."""
     fmu, _, name = key.partition(".")
     slot = system.slots(fmu)[name]
     found = {r: slot.signals[signal] for r, signal in roles(slot).items()}
-    units = {"value": slot.unit, "memory": found.get("position", slot.unit), **found, **OTHER_UNITS}
+    units = {"value": slot.unit, "time": "s", **found}
+    if role == "memory":
+        remembered = "position" if "position" in found else "value"
+        return f"rate of the {remembered} [{units[remembered]}/s]"
     return f"{role} [{units[role]}]"

@@ -1,63 +1,81 @@
-"""The learned law as a map over its two signals, and cuts through it."""
+"""The learned law along the recordings: what it adds, over the two signals that it hangs on."""
 
 from __future__ import annotations
 
-import math
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
-from fmu_sources.effects.learned import splines
+from fmu_sources.arithmetic import PYTHON
+from fmu_sources.effects.effect import Effect
+from fmu_sources.effects.roles import Signals
 
-from ..learning import coefficients
 from ..part_result import PartResult
+from ..slot_signals import ARRAYS
 from ..tables import Array
 from .drawing import new_figure, role_label
 
-N_GRID = 101
-CUTS = (-0.5, 0.0, 0.5)
-COLOURS = ("#1f6fb2", "0.15", "#c8553d")
-_ARRAYS: Any = SimpleNamespace(where=np.where, fabs=np.fabs)
+MOST_POINTS = 4000
+SHOWN = {"sign": "velocity", "plays": "position", "cycle": "time"}
 
 
 def law(part: PartResult) -> Figure:
-    """Draw the force or signal that the last effect adds."""
+    """Draw what the last effect adds over each of its signals; the other one is the colour."""
     added, system = part.chosen.added[-1], part.study.system
     slot = f"{added.fmu}.{added.slot}"
-    names = added.effect.removeprefix("learned_").split("_")
-    ranges = [_half_range(part, which) for which in "ab"]
-    share = np.linspace(-1.0, 1.0, N_GRID)
-    values = surface(coefficients(added, part.fit), share)
+    values, signals = along(part)
+    first, second = (SHOWN.get(n, n) for n in added.effect.removeprefix("learned_").split("_"))
+    every = max(1, len(values) // MOST_POINTS)
     unit = system.slots(added.fmu)[added.slot].unit
-    figure = new_figure(4.2)
-    axes: Any = figure.subplots(1, 2)
-    labels = [role_label(system, slot, name) for name in names]
-    _map(axes[0], share * ranges[0], share * ranges[1], values)
-    axes[0].set(xlabel=labels[0], ylabel=labels[1])
-    figure.colorbar(axes[0].collections[0], ax=axes[0], label=f"added to {added.slot} [{unit}]")
-    for cut, colour in zip(CUTS, COLOURS, strict=True):
-        column = values[:, round((cut + 1.0) / 2.0 * (N_GRID - 1))]
-        axes[1].plot(share * ranges[0], column, color=colour, label=f"{names[1]} = {cut * ranges[1]:.3g}")
-    axes[1].set(xlabel=labels[0], ylabel=f"added to {added.slot} [{unit}]")
-    axes[1].grid(alpha=0.3)
-    axes[1].legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3, frameon=False, fontsize="small")
+    figure = new_figure(4.0)
+    axes: Any = figure.subplots(1, 2, sharey=True)
+    for ax, over, colour in ((axes[0], first, second), (axes[1], second, first)):
+        points = ax.scatter(
+            signals[over][::every], values[::every], c=signals[colour][::every], s=5, cmap="viridis"
+        )
+        figure.colorbar(points, ax=ax, label=role_label(system, slot, colour))
+        ax.set_xlabel(role_label(system, slot, over))
+        ax.xaxis.set_major_locator(MaxNLocator(5))
+        ax.grid(alpha=0.3)
+    axes[0].set_ylabel(f"added to {added.slot} [{unit}]")
     return figure
 
 
-def surface(c: Array, share: Array) -> Array:
-    """Values of a law with coefficients (7, 7) on a grid of shares of the half ranges, shape (n, n)."""
-    basis = np.stack(splines(share, _ARRAYS))
-    return np.asarray(basis.T @ c @ basis)
+def along(part: PartResult) -> tuple[Array, dict[str, Array]]:
+    """What the last effect adds at every sample of the recordings, and the slot's signals there."""
+    added, study = part.chosen.added[-1], part.study
+    begin = f"{added.fmu}.{added.prefix}_"
+    given = dict(part.chosen.fixed) | dict(part.fit.values)
+    p = SimpleNamespace(**{v.name: given.get(begin + v.name, v.start) for v in added.law.parameters})
+    signals = dict(study.signals[f"{added.fmu}.{added.slot}"])
+    signals["time"] = np.concatenate([r.t for r in study.bench.recordings.values()])
+    values = _replayed(added.law, p, signals) if added.law.states else _at_once(added.law, p, signals)
+    memory = signals.get("position", signals["value"])
+    signals["memory"] = np.gradient(memory) / study.bench.period
+    return values, signals
 
 
-def _map(ax: Any, x: Array, y: Array, values: Array) -> None:
-    limit = float(np.abs(values).max()) or 1.0
-    ax.pcolormesh(x, y, values.T, cmap="RdBu_r", vmin=-limit, vmax=limit, shading="auto", rasterized=True)
+def _at_once(law: Effect, p: Any, signals: dict[str, Array]) -> Array:
+    s = Signals(*(signals.get(role) for role in Signals._fields))
+    found = law.law(signals["time"], signals["value"], s, SimpleNamespace(), p, ARRAYS)
+    return np.asarray(found.value - signals["value"], dtype=float)
 
 
-def _half_range(part: PartResult, which: str) -> float:
-    added = part.chosen.added[-1]
-    found = part.chosen.fixed.get(f"{added.fmu}.{added.prefix}_half_range_{which}", math.nan)
-    return float(found)
+def _replayed(law: Effect, p: Any, signals: dict[str, Array]) -> Array:
+    """Sample by sample, states by Euler's rule: the picture needs no more."""
+    t, n = signals["time"], len(signals["time"])
+    roles = [signals.get(role) for role in Signals._fields]
+    found, x = np.empty(n), SimpleNamespace()
+    for k in range(n):
+        value, s = float(signals["value"][k]), Signals(*(None if r is None else float(r[k]) for r in roles))
+        if k == 0 or t[k] <= t[k - 1]:
+            x = SimpleNamespace(**{v.name: value if v.name in law.follows else 0.0 for v in law.states})
+        applied = law.law(float(t[k]), value, s, x, p, PYTHON)
+        found[k] = applied.value - value
+        period = t[k + 1] - t[k] if k + 1 < n else 0.0
+        for name, change in applied.changes.items():
+            setattr(x, name, getattr(x, name) + max(period, 0.0) * change)
+    return found

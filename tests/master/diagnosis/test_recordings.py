@@ -5,6 +5,7 @@ import pytest
 from scipy import io
 
 from master.diagnosis.recordings import Column, Rules, read
+from master.diagnosis.unit_names import unit
 from master.errors import DataError
 
 N = 400
@@ -37,19 +38,19 @@ def faults(path, **rules):
     return str(caught.value).replace(str(path), "run").splitlines()
 
 
-def write(kind, folder):
+def write(kind, folder, **changed):
     path = folder / f"run.{kind}"
     if kind == "npz":
-        np.savez(path, **table())
+        np.savez(path, **table(**changed))
     elif kind == "mat":
-        io.savemat(path, table())
+        io.savemat(path, table(**changed))
     elif kind == "parquet":
         import pyarrow
         import pyarrow.parquet
 
-        pyarrow.parquet.write_table(pyarrow.table(table()), path)
+        pyarrow.parquet.write_table(pyarrow.table(table(**changed)), path)
     else:
-        return csv(folder)
+        return csv(folder, **changed)
     return path
 
 
@@ -135,6 +136,68 @@ def test_wrong_columns_and_units_are_reported_together(tmp_path):
     assert "column for time: got 't', expected one of ['time', 'way'" in found[0]
     assert "got the unit 'm', expected a time" in found[1]
     assert "unknown symbol, got 'furlong'" in found[2]
+
+
+def test_steps_back_hide_no_gap(tmp_path):
+    t = table()["time"]
+    t[200:] += 5.0
+    t[100] = t[98]
+
+    found = faults(csv(tmp_path, time=t))
+    assert found[0].startswith("run: row 102: time goes from 0.0495 to 0.049 s")
+    assert any(line.startswith("run: row 202: gap, got a step of 0.0055 s") for line in found)
+
+
+def test_tables_of_other_programs_are_refused_with_a_hint(tmp_path):
+    path = tmp_path / "run.csv"
+    for text, message in (
+        ("time;way\n0;1\n", "cells are separated by ';', expected ','"),
+        ("time,way,way,speed,force\n0,1,1,1,1\n", "column 'way' stands 2 times, expected once"),
+    ):
+        path.write_text(text)
+        assert any(message in line for line in faults(path))
+
+
+def test_byte_order_mark_is_no_part_of_a_name(tmp_path):
+    path = csv(tmp_path)
+    path.write_bytes(b"\xef\xbb\xbf" + path.read_bytes())
+
+    assert len(read(path, TIME, COLUMNS)) == N
+
+
+@pytest.mark.parametrize("kind", ["npz", "mat", "parquet"])
+def test_cells_of_binary_tables_are_named_too(kind, tmp_path):
+    force, way = np.ones(N), table()["way"].astype(str)
+    force[3] = np.inf
+
+    found = faults(write(kind, tmp_path, way=way, force=force))
+    assert found[0].startswith("run: column 'way': got values of type")
+    assert found[1] == "run: row 3, column 'force': got inf, expected a number"
+
+
+def test_broken_binary_files_are_refused(tmp_path):
+    for kind in ("npz", "mat", "parquet"):
+        path = tmp_path / f"run.{kind}"
+        path.write_bytes(b"no such format")
+        assert faults(path)[0].startswith("run: cannot be read as a table: ")
+
+
+def test_array_without_names_for_all_columns_is_refused(tmp_path):
+    path = tmp_path / "run.npz"
+    np.savez(path, one=np.ones((N, 4)), columns=np.array(["time", "way"]))
+
+    with pytest.raises(DataError, match="got 2 names, expected 4"):
+        read(path, TIME, COLUMNS, array="one")
+    np.savez(path, one=np.ones((N, 4)))
+    with pytest.raises(DataError, match="no columns, expected the name of an array"):
+        read(path, TIME, COLUMNS)
+
+
+@pytest.mark.parametrize(
+    ("name", "factor"), [("\u00b5m", 1e-6), ("m/s\u00b2", 1.0), ("N*s/m", 1.0), ("MPa", 1e6)]
+)
+def test_units_are_read_as_people_write_them(name, factor):
+    assert unit(name).factor == pytest.approx(factor)
 
 
 def test_lengths_must_agree(tmp_path):

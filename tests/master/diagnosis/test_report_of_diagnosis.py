@@ -1,11 +1,9 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 
 from master.diagnosis.report.compared import worst_stretch
 from master.diagnosis.report.drawing import broken, thinned
-from master.diagnosis.report.learned_law import surface
 from master.diagnosis.report.page import page
 from master.diagnosis.report.panels import Panel
 from master.diagnosis.report.tables import number, table
@@ -38,15 +36,6 @@ def test_the_worst_stretch_is_where_the_power_is():
     assert rows.start <= 6_000
     assert rows.stop >= 6_300
     assert rows.stop - rows.start == 600
-
-
-def test_a_law_is_drawn_as_splines_reproduce_straight_lines():
-    share = np.linspace(-1.0, 1.0, 9)
-    centres = np.arange(-3, 4) * 0.5  # of splines that are 0.5 of the half range apart
-
-    drawn = surface(np.add.outer(2.0 * centres, -1.0 * centres) + 4.0, share)
-
-    assert drawn == pytest.approx(np.add.outer(2.0 * share, -1.0 * share) + 4.0, abs=1e-12)
 
 
 def error(rmse):
