@@ -121,7 +121,7 @@ def design(experiment: Experiment, wanted: PhaseLead, factory: SlaveFactory = lo
         ConfigError: If the system does not have what the design needs.
     """
     fmu = wanted.fmu
-    compare, wire = _path(experiment, fmu)
+    compare, wire = _path(experiment, wanted)
     _check_gain(experiment, wanted)
     laboratory = Laboratory(experiment, factory)
     spans = {str(key): span for key, span in wanted.ranges.items()}
@@ -139,8 +139,8 @@ def design(experiment: Experiment, wanted: PhaseLead, factory: SlaveFactory = lo
         raise ConfigError(
             [f"dpdc: no lead for this lag, got {degrees:.1f} deg at {high:.4g} Hz, expected 0 to 86"]
         )
-    gain = 1.0 if wanted.amplitude == "paper" else float(1.0 / np.abs(plain[-1]))
-    led = reproduced(dpdc=1.0, **_values(phase, high, gain))
+    gain = 1.0 if wanted.amplitude == "paper" else _against(float(np.abs(plain[-1])), high)
+    led = reproduced(dpdc=1.0, **_values(experiment, fmu, (phase, high, gain)))
     return Design(phase, high, gain, frequencies, plain, led)
 
 
@@ -152,25 +152,37 @@ def designed(experiment: Experiment, overridden: set[str], factory: SlaveFactory
     if compensator is not None and compensator.value_of("dpdc") == 0.0:
         return experiment
     found = design(experiment, wanted, factory)
-    values = _values(found.phase, found.frequency, found.gain)
+    values = _values(experiment, wanted.fmu, (found.phase, found.frequency, found.gain))
     chosen = {f"{wanted.fmu}.{key}": value for key, value in values.items()}
     kept = {signal: value for signal, value in chosen.items() if signal not in overridden}
     return replace(experiment, system=changed(experiment.system, kept))
 
 
-def _values(phase: float, frequency: float, gain: float) -> dict[str, float]:
-    return dict(zip(PARAMETERS, (phase, frequency, gain), strict=True))
+def _values(experiment: Experiment, fmu: str, values: tuple[float, float, float]) -> dict[str, float]:
+    """Name the values; a compensator without a gain of its own has the paper's."""
+    known = experiment.system.instances[fmu].description.by_name
+    return {name: value for name, value in zip(PARAMETERS, values, strict=True) if name in known}
 
 
-def _path(experiment: Experiment, fmu: str) -> tuple[Compare, Wire]:
-    compare, system = experiment.config.compare, experiment.system
+def _against(magnitude: float, frequency: float) -> float:
+    """Gain that undoes a magnitude."""
+    if not magnitude > 0.0:
+        raise ConfigError(
+            [f"dpdc: no motion at {frequency:.4g} Hz, got amplitude {magnitude}, expected above 0"]
+        )
+    return 1.0 / magnitude
+
+
+def _path(experiment: Experiment, wanted: PhaseLead) -> tuple[Compare, Wire]:
+    compare, system, fmu = experiment.config.compare, experiment.system, wanted.fmu
     if compare is None or compare.reproduced is None:
         raise ConfigError(["dpdc: no motions to compare, got no compare.reproduced, expected one"])
     if fmu not in system.instances:
         names = system.instances
         raise ConfigError([f"dpdc.fmu: no such FMU, got {fmu!r}, {expected(fmu, names)}"])
     known = system.instances[fmu].description.by_name
-    missing = [p for p in ("dpdc", *PARAMETERS) if p not in known]
+    needed = PARAMETERS if wanted.amplitude == "plant" else PARAMETERS[:2]
+    missing = [p for p in ("dpdc", *needed) if p not in known]
     if missing:
         raise ConfigError([f"dpdc: no phase lead in {fmu}, got no {', '.join(missing)}, expected all"])
     into = [w for w in system.wires_into(fmu) if w.source.name == compare.signal]

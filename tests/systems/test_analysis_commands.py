@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,8 +11,11 @@ import pytest
 from analysed import CONFIGS, prepared
 from click.testing import CliRunner
 
+from master.analysis.phase_lead_design import design
 from master.cli import main
+from master.errors import ConfigError
 from master.experiment import Request, prepare
+from master.system.config import PhaseLead
 
 LOW = str(CONFIGS / "low_frequency.yaml")
 HEXAPOD = str(CONFIGS / "hexapod" / "high_frequency.yaml")
@@ -186,6 +190,19 @@ def test_a_wrong_design_is_refused(tmp_path, entry, fault):
 
     assert found.exit_code == 2
     assert fault in found.output
+
+
+def test_a_compensator_without_a_gain_of_its_own_gets_the_papers_design_only():
+    experiment = prepared("low_frequency")
+    instance = experiment.system.instances["compensator"]
+    variables = tuple(v for v in instance.description.variables if v.name != "dpdc_gain")
+    older = replace(instance, description=replace(instance.description, variables=variables))
+    system = replace(experiment.system, instances=experiment.system.instances | {"compensator": older})
+    experiment = replace(experiment, system=system)
+
+    assert design(experiment, PhaseLead(design="auto")).gain_at_rest == pytest.approx(0.81, abs=0.01)
+    with pytest.raises(ConfigError, match="no phase lead in compensator, got no dpdc_gain"):
+        design(experiment, PhaseLead(design="auto", amplitude="plant"))
 
 
 def test_a_gain_set_by_hand_stays():
