@@ -13,6 +13,7 @@ from typing import Any
 from yaml import YAMLError
 
 from . import catalogue
+from .coupling.algebraic import algebraic_loops
 from .coupling.ledger import Ledger, make_ledger
 from .coupling.schedule import Schedule, make_schedule
 from .errors import ConfigError, expected
@@ -56,6 +57,12 @@ class Experiment:
     def ledger(self) -> Ledger:
         """Delays of all connections and loops."""
         return make_ledger(self.system, self.schedule, self.config.step_size)
+
+    @property
+    def notes(self) -> list[str]:
+        """What a user should know before a run: the algebraic loops that the order does not solve."""
+        found = algebraic_loops(self.system, self.schedule)
+        return [f"algebraic loop {loop.explain()}" for loop in found if not loop.is_solved]
 
     @property
     def limits(self) -> dict[str, float]:

@@ -28,6 +28,8 @@ def check(config: Path, as_json: bool, **options: Any) -> None:
         "steps": experiment.grid.n_ticks,
     }
     if as_json:
-        print_json({"name": experiment.config.name, "status": "valid", **counts})
+        print_json({"name": experiment.config.name, "status": "valid", **counts, "notes": experiment.notes})
         return
     click.echo(f"{config}: valid, " + ", ".join(f"{n} {what}" for what, n in counts.items()))
+    for note in experiment.notes:
+        click.echo(f"note: {note}")

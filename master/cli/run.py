@@ -32,6 +32,12 @@ _ROWS_IN_MEMORY = 100_000
 _SECONDS_A_LOOK = 0.1
 
 
+def _finite(_: click.Context, __: click.Parameter, value: float | None) -> float | None:
+    if value is not None and not math.isfinite(value):
+        raise click.BadParameter(f"not a finite number, got {value}")
+    return value
+
+
 @click.command()
 @CONFIG
 @VARIANT
@@ -49,6 +55,7 @@ _SECONDS_A_LOOK = 0.1
     type=click.FloatRange(min=0.0, min_open=True),
     is_flag=False,
     flag_value=1.0,
+    callback=_finite,
     metavar="[FACTOR]",
     help="Pace the ticks on the clock, FACTOR simulated seconds a second (1).",
 )

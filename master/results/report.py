@@ -30,6 +30,7 @@ class Report:
     message: str = ""
     real_time: dict[str, Any] | None = None
     not_reached: list[str] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
 
     def as_dict(self) -> dict[str, Any]:
         """Fields for JSON."""
@@ -70,6 +71,7 @@ def _summarise(experiment: Experiment, outcome: Outcome, files: dict[str, str], 
         message=_message(outcome),
         real_time=outcome.real_time,
         not_reached=outcome.not_reached,
+        notes=experiment.notes,
     )
 
 
@@ -102,6 +104,7 @@ def summary_lines(report: Report) -> list[str]:
         label, form = _LABELS[key]
         lines.append(f"  {label:<54}{'-' if value is None else format(value, form)}")
     lines += [f"  {'an event that did not happen: when':<54}{text}" for text in report.not_reached]
+    lines += [f"  note: {note}" for note in report.notes]
     lines += _real_time_lines(report.real_time or {})
     return lines + [f"  {kind:<54}{path}" for kind, path in report.files.items()]
 

@@ -132,6 +132,14 @@ def test_check_counts_what_is_in_a_valid_file(dockloop, bay):
     )
 
 
+@pytest.mark.parametrize("factor", ["nan", "inf", "0"])
+def test_a_pace_that_no_clock_keeps_is_refused(dockloop, factor):
+    result = dockloop("run", TEXT, "--real-time", factor)
+
+    assert result.exit_code == 2
+    assert "Invalid value for '--real-time'" in result.stderr
+
+
 def test_check_answers_in_json(dockloop):
     assert json.loads(dockloop("check", TEXT, "--json").stdout) == {
         "name": "test",
@@ -140,7 +148,23 @@ def test_check_answers_in_json(dockloop):
         "connections": 1,
         "variants": 1,
         "steps": 40,
+        "notes": [],
     }
+
+
+def test_check_tells_of_an_algebraic_loop_that_the_order_does_not_solve(dockloop, bay):
+    text = """\
+name: ring
+stop_time: 1.0
+fmus: {a: {source: gain.fmu}, b: {source: gain.fmu}}
+connections: [{from: a.y, to: b.u}, {from: b.y, to: a.u}]
+coupling: {order: [a, b]}
+"""
+    loop = "a.y -> b.u -> b.y -> a.u -> a.y: not solved within a step, b.y -> a.u is 1 step old"
+
+    assert dockloop("check", text).stdout.splitlines()[1:] == [f"note: algebraic loop {loop}"]
+    solved = text.replace("[a, b]}", "[{iterate: [a, b]}]}")
+    assert len(dockloop("check", solved).stdout.splitlines()) == 1
 
 
 def test_explain_says_order_delay_and_that_there_is_no_loop(dockloop):
