@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import zipfile
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
 from pathlib import Path
@@ -14,7 +14,7 @@ from xml.etree import ElementTree as ET
 from ..errors import ConfigError
 from . import value_types
 from .arrays import element_names, elements, first_number, is_ticked, not_exchanged
-from .units import Unit
+from .units import Unit, units_of
 
 
 class Kind(Enum):
@@ -106,6 +106,16 @@ class Description:
         """Variables by name."""
         return {v.name: v for v in self.variables}
 
+    @cached_property
+    def arrays(self) -> dict[str, tuple[Variable, ...]]:
+        """Elements of the arrays by the name of the whole."""
+        found: dict[str, tuple[Variable, ...]] = {}
+        for v in self.variables:
+            if v.element is not None:
+                name = v.name.rpartition("[")[0]
+                found[name] = (*found.get(name, ()), v)
+        return found
+
     @property
     def can_share_library(self) -> bool:
         """Whether two instances may live in one library: not where an interpreter hides in it."""
@@ -148,7 +158,7 @@ def read_description(path: Path) -> Description:
         model_name=model.modelName,
         model_identifier=model.coSimulation.modelIdentifier,
         token=model.guid or model.instantiationToken,
-        variables=_variables(model, version, _relative(root)),
+        variables=_variables(model, version, units_of(model, root)),
         delays=tuple(_delays(root)),
         can_get_and_set_state=bool(model.coSimulation.canGetAndSetFMUstate),
         needs_execution_tool=bool(model.coSimulation.needsExecutionTool),
@@ -163,30 +173,10 @@ def read_description(path: Path) -> Description:
     )
 
 
-def _variables(model: Any, version: str, relative: set[str]) -> tuple[Variable, ...]:
+def _variables(model: Any, version: str, units: Mapping[str, Unit]) -> tuple[Variable, ...]:
     """All variables that the master exchanges, arrays by their elements."""
-    units = {u.name: _unit(u) for u in model.unitDefinitions}
-    differences = {name: replace(unit, offset=0.0) for name, unit in units.items()}
     exchanged = (v for v in model.modelVariables if not not_exchanged(v))
-    return tuple(
-        part
-        for v in exchanged
-        for part in elements(_variable(v, differences if v.name in relative else units, version), v)
-    )
-
-
-def _relative(root: ET.Element) -> set[str]:
-    """Variables that are differences, of temperatures for example: their unit's offset is not theirs."""
-
-    def is_relative(e: ET.Element) -> bool:
-        return e.get("relativeQuantity") in ("true", "1")
-
-    types = {e.get("name") for e in root.iterfind("TypeDefinitions/*") if any(map(is_relative, (e, *e)))}
-    return {
-        e.get("name", "")
-        for e in root.iterfind("ModelVariables/*")
-        if any(is_relative(part) or part.get("declaredType") in types for part in (e, *e))
-    }
+    return tuple(part for v in exchanged for part in elements(_variable(v, units.get(v.name), version), v))
 
 
 def _read_xml(path: Path) -> ET.Element:
@@ -218,7 +208,7 @@ def _value_type(name: str, version: str) -> int:
     return value_types.NAMES.index(name) if name in value_types.NAMES else value_types.INT64
 
 
-def _variable(v: Any, units: Mapping[str, Unit], version: str) -> Variable:
+def _variable(v: Any, unit: Unit | None, version: str) -> Variable:
     declared = v.declaredType
     items = {i.name: int(i.value) for i in declared.items} if declared is not None and declared.items else {}
     return Variable(
@@ -230,7 +220,7 @@ def _variable(v: Any, units: Mapping[str, Unit], version: str) -> Variable:
         variability=v.variability,
         initial=v.initial,
         start=v.start,
-        unit=_unit_of(v, units),
+        unit=unit,
         minimum=first_number(v.min),
         maximum=first_number(v.max),
         nominal=first_number(v.nominal),
@@ -239,31 +229,8 @@ def _variable(v: Any, units: Mapping[str, Unit], version: str) -> Variable:
     )
 
 
-def _unit_of(v: Any, units: Mapping[str, Unit]) -> Unit | None:
-    declared = v.declaredType
-    name = v.unit or (declared.unit if declared is not None else None)
-    if not name:
-        return None
-    return units.get(name, Unit(name, defined=False))
-
-
 def _number(text: Any) -> float | None:
     return None if text is None else float(text)
-
-
-_EXPONENTS = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
-
-
-def _unit(u: Any) -> Unit:
-    base = u.baseUnit
-    if base is None:
-        return Unit(u.name, defined=False)
-    exponents = {name: int(getattr(base, name) or 0) for name in _EXPONENTS}
-    factor, offset = (
-        float(getattr(base, "factor", None) or 1.0),
-        float(getattr(base, "offset", None) or 0.0),
-    )
-    return Unit(u.name, {k: n for k, n in exponents.items() if n}, factor, offset)
 
 
 def _feedthrough(model: Any) -> dict[str, tuple[str, ...]]:

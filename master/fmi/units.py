@@ -1,9 +1,11 @@
-"""Whether two units are the same quantity, and how a value goes from one to the other."""
+"""Units: which a variable has, whether two are the same quantity, how a value goes from one to the other."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import Any
+from xml.etree import ElementTree as ET
 
 
 @dataclass(frozen=True)
@@ -45,3 +47,45 @@ def conversion(source: Unit | None, target: Unit | None) -> Conversion | None:
     if (source.factor, source.offset) == (target.factor, target.offset):
         return Conversion()
     return Conversion(source.factor / target.factor, (source.offset - target.offset) / target.factor)
+
+
+def units_of(model: Any, root: ET.Element) -> dict[str, Unit]:
+    """Unit of each variable that has one; `model` is FMPy's description, `root` the XML."""
+    units = {u.name: _unit(u) for u in model.unitDefinitions}
+    relative = _relative(root)
+    found = {}
+    for v in model.modelVariables:
+        name = v.unit or (v.declaredType.unit if v.declaredType is not None else None)
+        if name:
+            unit = units.get(name, Unit(name, defined=False))
+            found[v.name] = replace(unit, offset=0.0) if v.name in relative else unit
+    return found
+
+
+def _relative(root: ET.Element) -> set[str]:
+    """Variables that are differences, of temperatures for example: their unit's offset is not theirs."""
+
+    def is_relative(e: ET.Element) -> bool:
+        return e.get("relativeQuantity") in ("true", "1")
+
+    types = {e.get("name") for e in root.iterfind("TypeDefinitions/*") if any(map(is_relative, (e, *e)))}
+    return {
+        e.get("name", "")
+        for e in root.iterfind("ModelVariables/*")
+        if any(is_relative(part) or part.get("declaredType") in types for part in (e, *e))
+    }
+
+
+_EXPONENTS = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
+
+
+def _unit(u: Any) -> Unit:
+    base = u.baseUnit
+    if base is None:
+        return Unit(u.name, defined=False)
+    exponents = {name: int(getattr(base, name) or 0) for name in _EXPONENTS}
+    factor, offset = (
+        float(getattr(base, "factor", None) or 1.0),
+        float(getattr(base, "offset", None) or 0.0),
+    )
+    return Unit(u.name, {k: n for k, n in exponents.items() if n}, factor, offset)

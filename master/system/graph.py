@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
 from ..errors import ConfigError, expected
@@ -157,7 +157,7 @@ def _override(instances: dict[str, Instance], signal: str, value: Value, connect
 def _wires(loaded: LoadedConfig, descriptions: Mapping[str, Description], problems: list[str]) -> list[Wire]:
     wires: list[Wire] = []
     first: dict[str, int] = {}
-    for i, connection in enumerate(loaded.config.connections):
+    for i, connection in _scalars(loaded, descriptions, problems):
         source = _port(loaded, descriptions, i, "from", connection.source, problems)
         target = _port(loaded, descriptions, i, "to", connection.target, problems)
         if connection.target in first:
@@ -170,6 +170,36 @@ def _wires(loaded: LoadedConfig, descriptions: Mapping[str, Description], proble
         if source is not None and target is not None:
             wires += _wire(loaded, i, connection, source, target, problems)
     return wires
+
+
+def _scalars(
+    loaded: LoadedConfig, descriptions: Mapping[str, Description], problems: list[str]
+) -> Iterator[tuple[int, Connection]]:
+    """Connections with their places; one of whole arrays becomes one of each pair of elements."""
+    for i, connection in enumerate(loaded.config.connections):
+        source, target = (_elements(descriptions, s) for s in (connection.source, connection.target))
+        if not source or not target:
+            yield i, connection
+        elif [_place(s) for s in source] != [_place(s) for s in target]:
+            problems.append(
+                f"{loaded.where('connections', i)}: shapes differ, got {connection.source} up to "
+                f"{_place(source[-1])} -> {connection.target} up to {_place(target[-1])}, expected the same"
+            )
+        else:
+            for s, t in zip(source, target, strict=True):
+                yield i, connection.model_copy(update={"source": s, "target": t})
+
+
+def _elements(descriptions: Mapping[str, Description], signal: str) -> list[str]:
+    """Signals of the elements of a whole array; empty for anything else."""
+    instance, _, variable = signal.partition(".")
+    if instance not in descriptions:
+        return []
+    return [f"{instance}.{v.name}" for v in descriptions[instance].arrays.get(variable, ())]
+
+
+def _place(element: str) -> str:
+    return "[" + element.rpartition("[")[2]
 
 
 def _wire(

@@ -76,6 +76,9 @@ def settable(d: Description, name: str, key: str, value: Value, connected: set[s
         raise ValueError(f"cannot be set, got {key!r} ({d.not_exchanged[key]}), {expected(key, names)}")
     if variable is None:
         raise ValueError(f"no such variable in {name} ({d.model_name}), got {key!r}, {expected(key, names)}")
+    if variable.causality == "structuralParameter":
+        problem = f"cannot be set, got {key!r} (a structural parameter, which keeps the FMU's value)"
+        raise ValueError(f"{problem}, {expected(key, names)}")
     if key not in names or variable.variability == "constant":
         raise ValueError(f"cannot be set, got {key!r} (calculated by the FMU), {expected(key, names)}")
     if f"{name}.{key}" in connected:

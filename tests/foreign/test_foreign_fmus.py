@@ -98,6 +98,37 @@ def test_the_elements_of_an_array_are_ports(fmu):
     assert "a[2,3]" in description.feedthrough["b[1,2]"]
 
 
+def test_whole_arrays_are_wired_element_by_element(fmu, tmp_path):
+    fmu("3.0")
+    fmus = {
+        "a": {"source": "./types3.fmu", "start": {"a[1,2]": 20.0, "ba[2]": True}},
+        "b": {"source": "./types3.fmu"},
+    }
+    result = run(tmp_path, fmus, wires(("a.b", "b.a"), ("a.bb", "b.ba"))).result
+
+    of_b = [result[f"b.b[{i},{j}]"][-1] for i in (1, 2) for j in (1, 2, 3)]
+    assert of_b == [4.0, 80.0, 12.0, 16.0, 20.0, 24.0]
+    assert [result[f"b.bb[{i}]"][-1] for i in (1, 2)] == [0.0, 1.0]
+
+
+def test_arrays_of_different_shapes_and_an_element_twice_are_refused(fmu, tmp_path):
+    fmu("3.0")
+    fmus = {name: {"source": "./types3.fmu"} for name in "ab"}
+    with pytest.raises(ConfigError) as caught:
+        run(tmp_path, fmus, wires(("a.ib", "b.a"), ("a.bb", "b.ba"), ("a.ib[1]", "b.ba[2]")))
+
+    shapes, twice = (problem.split(": ", 1)[1] for problem in caught.value.problems)
+    assert shapes == "connections[0]: shapes differ, got a.ib up to [2] -> b.a up to [2,3], expected the same"
+    assert twice.startswith("connections[2].to: has two sources, got 'b.ba[2]' again")
+
+
+def test_a_structural_parameter_keeps_its_value(fmu, tmp_path):
+    structural = 'causality="structuralParameter" variability="fixed" start="6" initial="exact"'
+    fmu("3.0", describe_3(more=f'<UInt64 name="n" valueReference="140" {structural}/>'))
+    with pytest.raises(ConfigError, match=r"start\.n: cannot be set, got 'n' \(a structural parameter"):
+        run(tmp_path, {"a": {"source": "./types3.fmu", "start": {"n": 3}}})
+
+
 def test_an_array_element_is_wired_and_the_others_keep_their_start_values(fmu, tmp_path):
     fmu("3.0")
     fmus = {
