@@ -57,7 +57,9 @@ def slot_signals(
     found: dict[str, dict[str, Array]] = {}
     for fmu in bench.part.fmus:
         model = system.model(fmu)
-        if model is None:
+        if model is None:  # a foreign file has no slots, but what it was driven with is known
+            driven = bench.part.inputs[fmu].items()
+            found |= {f"{fmu}.{name}": {"value": bench.signal(signal)} for name, (signal, _) in driven}
             continue
         inputs = _inputs(bench, fmu, model, replayed)
         seen = dict(inputs)
