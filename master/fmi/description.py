@@ -138,8 +138,6 @@ def read_description(path: Path) -> Description:
     Raises:
         ConfigError: If the file is not such an FMU.
     """
-    from fmpy import read_model_description
-
     root = _read_xml(path)
     version = root.get("fmiVersion", "")
     if not version.startswith(("2.", "3.")):
@@ -147,11 +145,21 @@ def read_description(path: Path) -> Description:
             [f"{path}: FMI version not supported, got {version or 'none'!r}, expected 2.0 or 3.0"]
         )
     try:
-        model = read_model_description(str(path), validate=False)
-    except Exception as error:  # FMPy raises bare Exception
+        return _described(path, root, version)
+    except ConfigError:
+        raise
+    except Exception as error:  # FMPy raises bare Exception; a number may be none
         raise ConfigError([f"{path}: model description cannot be read: {error}"]) from None
+
+
+def _described(path: Path, root: ET.Element, version: str) -> Description:
+    from fmpy import read_model_description
+
+    model = read_model_description(str(path), validate=False)
     if model.coSimulation is None:
         raise ConfigError([f"{path}: not for co-simulation, got an FMU for model exchange only"])
+    if not (model.coSimulation.modelIdentifier and (model.guid or model.instantiationToken)):
+        raise ValueError("modelIdentifier or guid (instantiationToken) is missing")
     return Description(
         path=path,
         fmi_version=version,
@@ -208,6 +216,17 @@ def _value_type(name: str, version: str) -> int:
     return value_types.NAMES.index(name) if name in value_types.NAMES else value_types.INT64
 
 
+def _start(v: Any, kind: Kind) -> str | None:
+    """Start value as it is written; ValueError if it is none of the variable's kind."""
+    for word in () if kind is Kind.STRING or v.start is None else str(v.start).split():
+        if not (kind is Kind.BOOLEAN and word in ("true", "false")):
+            try:
+                float(word)
+            except ValueError:
+                raise ValueError(f"start value of {v.name} is not a {kind.value}, got {v.start!r}") from None
+    return v.start  # type: ignore[no-any-return]
+
+
 def _variable(v: Any, unit: Unit | None, version: str) -> Variable:
     declared = v.declaredType
     items = {i.name: int(i.value) for i in declared.items} if declared is not None and declared.items else {}
@@ -219,7 +238,7 @@ def _variable(v: Any, unit: Unit | None, version: str) -> Variable:
         causality=v.causality,
         variability=v.variability,
         initial=v.initial,
-        start=v.start,
+        start=_start(v, _KINDS.get(v.type, Kind.INTEGER)),
         unit=unit,
         minimum=first_number(v.min),
         maximum=first_number(v.max),

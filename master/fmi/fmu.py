@@ -27,7 +27,10 @@ class FmuSlave:
         self.name, self.description = name, description
         self._messages: list[str] = []
         self._is_initialised = False
-        self._folder = folders.acquire(description, unpack)
+        try:
+            self._folder = folders.acquire(description, unpack)
+        except (OSError, zipfile.BadZipFile) as error:
+            raise FmuError(name, f"{description.path}: cannot be unpacked: {error}") from None
         try:
             self._fmu: Any = self._instantiate()
         except Exception as error:  # FMPy and the loader raise bare exceptions

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -84,8 +85,8 @@ def _unit(u: Any) -> Unit:
     if base is None:
         return Unit(u.name, defined=False)
     exponents = {name: int(getattr(base, name) or 0) for name in _EXPONENTS}
-    factor, offset = (
-        float(getattr(base, "factor", None) or 1.0),
-        float(getattr(base, "offset", None) or 0.0),
-    )
+    factor = 1.0 if base.factor is None else float(base.factor)
+    offset = 0.0 if base.offset is None else float(base.offset)
+    if not (math.isfinite(factor) and factor and math.isfinite(offset)):
+        raise ValueError(f"unit {u.name} cannot be converted, got factor {factor:g} and offset {offset:g}")
     return Unit(u.name, {k: n for k, n in exponents.items() if n}, factor, offset)

@@ -1,5 +1,6 @@
 import re
 import sys
+import zipfile
 
 import numpy as np
 import pytest
@@ -299,6 +300,18 @@ def test_an_fmu_with_event_mode_and_clocks_is_stepped_without_them(fmu, tmp_path
     outcome = run(tmp_path, {"a": {"source": "./types3.fmu"}})
 
     assert (outcome.status, np.shape(outcome.result.values)[0]) == ("completed", 6)
+
+
+def test_an_archive_that_is_damaged_is_named(fmu, tmp_path):
+    path = fmu("3.0")
+    content = bytearray(path.read_bytes())
+    with zipfile.ZipFile(path) as archive:
+        [binary] = [i for i in archive.infolist() if i.filename.endswith(".so")]
+    content[binary.header_offset + 200] ^= 255
+    path.write_bytes(content)
+
+    with pytest.raises(FmuError, match=r"^a: .*types3\.fmu: cannot be unpacked: "):
+        run(tmp_path, {"a": {"source": "./types3.fmu"}})
 
 
 def test_fmi_1_is_refused(tmp_path):

@@ -132,6 +132,22 @@ def test_an_output_without_dependencies_hangs_on_all_inputs(rope):
     assert rope.feedthrough["n"] == ()
 
 
+@pytest.mark.parametrize(
+    ("old", "new", "problem"),
+    [
+        ('start="1.5"', 'start="1,5"', "start value of u is not a Real, got '1,5'"),
+        ('start="true"', 'start="yes"', "start value of on is not a Boolean, got 'yes'"),
+        ('factor="0.001"', 'factor="0"', "unit mm cannot be converted, got factor 0 and offset 0"),
+        ('guid="{1}"', "", "modelIdentifier or guid (instantiationToken) is missing"),
+        ('min="0"', 'min="low"', "could not convert string to float: 'low'"),
+    ],
+)
+def test_a_description_with_a_value_that_cannot_be_is_refused(tmp_path, old, new, problem):
+    assert fault(archive(tmp_path, XML.replace(old, new))) == (
+        f"rope.fmu: model description cannot be read: {problem}"
+    )
+
+
 def test_a_missing_file_is_refused(tmp_path):
     assert fault(tmp_path / "none.fmu") == "none.fmu: no such file, expected an FMU"
 
