@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import islice
+from math import gcd
 
 from ..fmi.description import DeclaredDelay, Description
 from ..system.graph import Instance, System, Wire
@@ -102,14 +103,15 @@ def steps_of(schedule: Schedule, wire: Wire) -> tuple[int, int]:
 
 
 def _rates(base: int, source: int, target: int) -> tuple[int, int]:
-    """Range of ages over one common period of the two rates: a value stands until its source's next step."""
-    if source == target == 1:
-        return base, base
-    ages = []
-    for k in range(target, 2 * source * target + 1, target):
-        row = k - base
-        ages.append(k - (row // source) * source)
-    return min(ages), max(ages)
+    """
+    Range of ages over one common period of the two rates: a value stands until its source's next step.
+
+    The target uses at row k, a multiple of its rate, the value of row k - base, whose source stepped
+    (k - base) mod source rows before; k runs through all multiples of the common divisor of the rates.
+    """
+    divisor = gcd(source, target)
+    least = base + -base % divisor
+    return least, least + source - divisor
 
 
 def _entry(system: System, schedule: Schedule, wire: Wire, step_size: float) -> Entry:

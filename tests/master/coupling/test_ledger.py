@@ -45,6 +45,15 @@ def test_an_entry_is_order_plus_delay_and_a_mark_shows_it(order, delay, steps):
     assert observed_ages(made) == [(steps, steps)]
 
 
+def test_rates_of_any_size_are_counted_at_once():
+    """Of 6 and 4 hundred million ticks 2 are the divisor: a value is 0, 2 or 4 old when it is used."""
+    n = 10**8
+    every = {"a": 6 * n, "b": 4 * n}
+    made = bench({"a": mark(0), "b": mark(1)}, [wire("a.row", "b.u0")], ["a", "b"], every=every)
+
+    assert stated_ages(made) == [(0, 4 * n)]
+
+
 @pytest.mark.parametrize(
     ("every", "delay", "least", "most"),
     [
