@@ -11,7 +11,8 @@ import yaml
 from ring_model import MODEL
 
 from fmu_sources.export.native import generate
-from fmu_sources.export.native_flavour import NativeSources, host_binaries, pack_native
+from fmu_sources.export.native_flavour import NativeSources, host_binaries, native_sources, pack_native
+from fmu_sources.registry import load, modules
 from master.experiment import Experiment, prepare
 from master.fmi.description import Kind
 
@@ -38,6 +39,9 @@ def docking_loop() -> Case:
     for choice in ("identifier", "preset"):  # at their defaults; no peer but FMPy can set an enumeration
         data["fmus"]["compensator"]["parameters"].pop(choice)
     data["coupling"]["order"].remove("ideal")
+    for given in data["fmus"].values():
+        model = given["source"]
+        given["source"] = str(build(native_sources(load(model), *modules(model))))
     data = {key: data[key] for key in ("step_size", "fmus", "coupling", "connections")}
     return write_case("docking_loop", data)
 
@@ -53,10 +57,14 @@ def ring(n: int, signals: int = 1) -> Case:
     )
 
 
-def ring_fmu(signals: int = 1) -> Path:
-    """Build the link for this machine."""
-    path = BUILD / "link.fmu"
-    sources = NativeSources(MODEL, RING_TOKEN, generate(MODEL, RING_TOKEN))
+def ring_fmu() -> Path:
+    """Build the link."""
+    return build(NativeSources(MODEL, RING_TOKEN, generate(MODEL, RING_TOKEN)))
+
+
+def build(sources: NativeSources) -> Path:
+    """Build an FMU with the compiler of this machine, which also compiles the floor."""
+    path = BUILD / f"{sources.model.name}.fmu"
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_bytes(pack_native(sources, host_binaries(sources), "2.0"))
     return path
@@ -66,15 +74,8 @@ def write_case(name: str, data: dict) -> Case:
     """Write both files of a system."""
     folder = BUILD / name
     folder.mkdir(parents=True, exist_ok=True)
-    config = folder / "system.yaml"
+    config, spec = folder / "system.yaml", folder / "system.json"
     config.write_text(yaml.safe_dump({"name": name, "stop_time": LONG, **data}), encoding="utf-8")
-    experiment = prepare(config)
-    for key, instance in experiment.system.instances.items():
-        fmu = folder / instance.description.path.name  # a copy, whatever happens to the sources meanwhile
-        fmu.write_bytes(instance.description.path.read_bytes())
-        data["fmus"][key]["source"] = str(fmu)
-    config.write_text(yaml.safe_dump({"name": name, "stop_time": LONG, **data}), encoding="utf-8")
-    spec = folder / "system.json"
     spec.write_text(json.dumps(_spec(prepare(config))), encoding="utf-8")
     return Case(name, config, spec)
 

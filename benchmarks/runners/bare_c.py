@@ -2,7 +2,8 @@
 The floor: a C program with the same generated model functions, without FMI and without a master.
 
 Each tick is straight-line code: inputs from outputs, one call of each kernel, and a row of all outputs.
-The kernels are the sources inside the FMUs, compiled with the flags of the FMUs; the bits are the same.
+The kernels are the sources inside the FMUs, compiled by the compiler of the FMUs with their flags, optimised
+as a whole; the bits are the same.
 """
 
 from __future__ import annotations
@@ -16,11 +17,15 @@ from pathlib import Path
 
 from measure import answer
 
-FLAGS = ("-std=c11", "-O2", "-ffp-contract=off", "-fno-math-errno", "-c")
+from fmu_sources.export.native.compile import CODE_FLAGS
+from fmu_sources.export.native.platforms import LINUX_FLAGS
+
+FLAGS = (*CODE_FLAGS, *LINUX_FLAGS)
 FILES = ("equations.c", "integrate.c", "model_equations.c", "model_variables.c")
 NAMES = (
     *(f"model_{n}" for n in ("initial", "update", "derivatives", "outputs", "faults", "outputs_along")),
-    *("model_variables", "model_fault_texts", "integrate", "n_substeps", "remember_inputs"),
+    *("model_variables", "model_readable", "model_inputs", "model_fault_texts"),
+    *("integrate", "n_substeps", "remember_inputs"),
     *("apply_initial", "apply_update", "apply_outputs", "kernel_defaults", "kernel_start", "kernel_step"),
 )
 
@@ -50,7 +55,7 @@ def build(spec: dict, folder: Path) -> Path:
     sizes = {name: _size(folder / name / "model_data.h") for name in models}
     main_file.write_text(_main(spec, sizes), encoding="utf-8")
     program = folder / "floor"
-    subprocess.run(["cc", *FLAGS[:-1], "-o", program, main_file, *objects, "-lm"], check=True)
+    subprocess.run(["cc", "-o", program, main_file, *objects, *FLAGS], check=True)
     return program
 
 
@@ -66,7 +71,7 @@ def _kernel(name: str, fmu: str, folder: Path) -> list[Path]:
     for file in (*FILES, "kernel.c"):
         objects.append(place / (file + ".o"))
         renamed = [f"-D{n}={name}_{n}" for n in NAMES]
-        subprocess.run(["cc", *FLAGS, *renamed, "-o", objects[-1], place / file], check=True)
+        subprocess.run(["cc", *FLAGS, *renamed, "-c", "-o", objects[-1], place / file], check=True)
     return objects
 
 

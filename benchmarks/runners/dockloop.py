@@ -12,6 +12,7 @@ from measure import answer, timed
 from master.experiment import prepare
 from master.simulation import load
 from master.stepping.initialisation import initialise
+from master.stepping.loop import compiled
 from master.stepping.run_loop import Grid, RunLoop, RunOptions
 from master.stepping.translation import build_program
 
@@ -25,7 +26,7 @@ def main(spec_path: str, n_steps: str) -> None:
     program = build_program(system, schedule, slaves)
     grid = Grid(0.0, experiment.config.step_size, int(n_steps))
     loop = RunLoop(system, grid, program, slaves, RunOptions())
-    execute = loop.compiled()
+    execute = compiled()
     empty = np.empty((0, len(loop.ports)))
     execute(program.memory, loop.watch, (0.0, grid.step_size), (0, 0), empty)
     seconds = timed(lambda: loop.run(execute, print_nothing))

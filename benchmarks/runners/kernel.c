@@ -26,7 +26,7 @@ void kernel_step(Data *data, double t, double h) {
         apply_update(data, t);
     }
     if (N_CONTINUOUS > 0) {
-        const Span span = {t, period, 0.0, 1.0};
+        const Span span = {t, period, n_substeps(period), 0.0, 1.0};
         integrate(data, &span);
     }
     data->time = t + h;

@@ -12,13 +12,18 @@ import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
-from ..fmi.value_types import FLOAT64, LARGEST_SIZE, first_misfit, pack, unpack
+from ..fmi.cells import LARGEST_SIZE, first_misfit, pack, unpack
+from ..fmi.value_types import FLOAT64
 from . import calls
-from .operations import MISFIT, channel, close_loop, extrapolate, heed
-from .program import CHANNEL, CHECK, COPY, EXTRAPOLATE, GET, KEEP, SAVE, SET, STEP, WARNING, Memory
+from .operations import MISFIT, asks, channel, close_loop, extrapolate, heed
+from .program import CHANNEL, CHECK, COPY, EXTRAPOLATE, KEEP, SAVE, STEP, WARNING, Memory
 
 DONE, FAILED, OUT_OF_LIMITS, NOT_CONVERGED, TRIGGERED, ENDED = range(6)
-_COMPILED = ("stepping/loop", "stepping/operations", "stepping/calls", "stepping/program", "fmi/value_types")
+_COMPILED = (
+    *("stepping/loop", "stepping/operations", "stepping/calls", "stepping/program"),
+    *("fmi/cells", "fmi/value_types"),
+)
+_ANSWERS = 32  # bytes, see `operations.heed`
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -41,26 +46,56 @@ class Watch(NamedTuple):
 
 
 @register_jitable
-def _exchange(slave: tuple[int, int], function: int, block: tuple[int, ...], data: int) -> int:
-    """Call a setter or getter; `slave` is (component, version), `block` (references, n, n values, ...)."""
+def _exchange(slave: tuple[int, int], block: tuple[int, int, int, int], data: int) -> int:
+    """Call a setter or getter: `slave` is (component, version), `block` (function, references, n, values)."""
     if slave[1] == 2:
-        return calls.exchange(function, slave[0], block[0], block[1], data)
-    return calls.exchange_3(function, slave[0], block[0], block[1], data, block[2])
+        return calls.exchange(block[0], slave[0], block[1], block[2], data)
+    return calls.exchange_3(block[0], slave[0], block[1], block[2], data, block[3])
 
 
 @register_jitable
-def _do_step(slave: tuple[int, int], function: int, t: float, h: float, answers: int) -> int:
-    if slave[1] == 2:
-        return calls.do_step(function, slave[0], t, h)
-    return calls.do_step_3(function, slave[0], t, h, answers)
+def _set(slave: tuple[int, int], block: tuple[int, int, int, int], kind: int, data: int, typed: int) -> int:
+    """Set a block whose values stand as doubles at `data`; other types pass through memory at `typed`."""
+    if kind == FLOAT64:
+        return _exchange(slave, block, data)
+    if first_misfit(data, block[3], kind) >= 0:
+        return MISFIT
+    pack(data, block[3], kind, typed)
+    return _exchange(slave, block, typed)
 
 
 @register_jitable
-def _move(
-    values: Floats, rings: Floats, channels: Floats, k: int, numbers: tuple[int, int, int, int, int]
-) -> None:
-    """Execute KEEP, EXTRAPOLATE or CHANNEL."""
-    code, a, b, c, d = numbers
+def _get(slave: tuple[int, int], block: tuple[int, int, int, int], kind: int, data: int, typed: int) -> int:
+    """Get a block, the other way."""
+    if kind == FLOAT64:
+        return _exchange(slave, block, data)
+    status = _exchange(slave, block, typed)
+    unpack(data, block[3], kind, typed)
+    return status
+
+
+@register_jitable
+def _do_step(
+    slave: tuple[int, int], function: int, step: tuple[float, float], answers: int, state: tuple[int, int]
+) -> tuple[int, int]:
+    """
+    Make the step (t, h) [s]; `state` is (operation at which the end was asked for or -1, this operation).
+
+    Returns:
+        Status and the first of `state` anew; see `heed`.
+    """
+    if slave[1] == 2:
+        return calls.do_step(function, slave[0], step[0], step[1]), state[0]
+    status = calls.do_step_3(function, slave[0], step[0], step[1], answers)
+    if asks(answers):
+        return heed(slave, function, step, answers, (status, state[0], state[1]))
+    return status, state[0]
+
+
+@register_jitable
+def _move(values: Floats, rings: Floats, channels: Floats, k: int, operation: tuple[int, ...]) -> None:
+    """Execute KEEP, EXTRAPOLATE or CHANNEL in tick k."""
+    code, a, b, c, d = operation
     if code == KEEP:
         cell = c + k % d
         oldest = rings[cell]
@@ -73,49 +108,79 @@ def _move(
 
 
 @register_jitable
-def _exchange_packed(
-    slave: tuple[int, int], function: int, block: tuple[int, ...], values: Floats, scratch: Bytes
-) -> int:
-    """Set or get a block of another type than double; `block` goes on with place, type and operation."""
-    n_values, place, kind = block[2], block[3], block[4]
-    if block[5] == SET:
-        if first_misfit(values, place, n_values, kind) >= 0:
-            return MISFIT
-        pack(values, place, n_values, kind, scratch)
-        return _exchange(slave, function, block, scratch.ctypes.data)
-    status = _exchange(slave, function, block, scratch.ctypes.data)
-    unpack(values, place, n_values, kind, scratch)
-    return status
+def _iterate(memory: Memory, i: int, ended: int) -> tuple[int, int, int, int]:
+    """Execute SAVE, RESTORE or CHECK; give the status and the results of `close_loop`."""
+    code, a, function = memory.operations[i, 0], memory.operations[i, 2], memory.operations[i, 3]
+    if code == CHECK:
+        i, ended, worst = close_loop(memory, a, i, ended)
+        return 0, i, ended, worst
+    argument = memory.states.ctypes.data + 8 * a if code == SAVE else memory.states[a]
+    return calls.state(function, memory.slaves[a, 0], argument), i, ended, -1
 
 
 @register_jitable
-def _state(memory: Memory, i: int) -> int:
-    """Save or restore the state of a slave."""
-    a, function = memory.operations[i, 2], memory.operations[i, 3]
-    if memory.operations[i, 0] == SAVE:
-        return calls.state(function, memory.slaves[a, 0], memory.states.ctypes.data + 8 * a)
-    return calls.state(function, memory.slaves[a, 0], memory.states[a])
-
-
-@register_jitable
-def _observe(values: Floats, watch: Watch, row: Floats, ended: int) -> tuple[int, int]:
-    """Record one whole row; give DONE, or with its first cause OUT_OF_LIMITS, ENDED or TRIGGERED."""
-    beyond = -1
-    for j in range(watch.record.size - 1, -1, -1):
-        value = values[watch.record[j]]
-        row[j] = value
-        if not (abs(value) <= watch.limits[j]):
-            beyond = j
-    if beyond >= 0:
-        return OUT_OF_LIMITS, beyond
-    if ended >= 0:
-        return ENDED, ended
+def _triggered(values: Floats, watch: Watch) -> int:
+    """Give the first trigger that fires and disarm it, or -1."""
     for j in range(watch.triggers.shape[0]):
         value = values[watch.triggers[j, 0]]
         if watch.triggers[j, 1] and watch.thresholds[j, 0] * (value - watch.thresholds[j, 1]) > 0.0:
             watch.triggers[j, 1] = 0
-            return TRIGGERED, j
-    return DONE, 0
+            return j
+    return -1
+
+
+@register_jitable
+def _n_first(record: Integers) -> int:
+    """Count the signals recorded first that are the first places in order: these are copied as one."""
+    n = 0
+    while n < record.size and record[n] == n:
+        n += 1
+    return n
+
+
+@register_jitable
+def _first_beyond(values: Floats, watch: Watch) -> int:
+    j = 0
+    while abs(values[watch.record[j]]) <= watch.limits[j]:
+        j += 1
+    return j
+
+
+# The next two are inlined by numba, and `execute` hands no array on in its common branches: a call that does
+# counts references each time.
+@register_jitable(inline="always")
+def _copy(values: Floats, copies: Integers, conversions: Floats, rows: tuple[int, int]) -> None:
+    """Execute rows of `copies`."""
+    for j in range(rows[0], rows[1]):
+        factor, offset = conversions[copies[j, 2], 0], conversions[copies[j, 2], 1]
+        values[copies[j, 1]] = factor * values[copies[j, 0]] + offset
+
+
+@register_jitable(inline="always")
+def _observe(
+    values: Floats, watch: Watch, n_first: int, table: tuple[Floats, int], ended: int
+) -> tuple[int, int]:
+    """
+    Record one row of a table, its first `n_first` signals from as many first values.
+
+    Returns:
+        DONE, or with its first cause OUT_OF_LIMITS, ENDED or TRIGGERED.
+    """
+    rows, row = table
+    n_beyond, trigger = 0, -1
+    for j in range(n_first):
+        rows[row, j] = values[j]
+        n_beyond += not abs(values[j]) <= watch.limits[j]
+    for j in range(n_first, watch.record.size):
+        rows[row, j] = values[watch.record[j]]
+        n_beyond += not abs(values[watch.record[j]]) <= watch.limits[j]
+    if watch.triggers.shape[0] > 0 and n_beyond == 0 and ended < 0:
+        trigger = _triggered(values, watch)
+    if n_beyond > 0:
+        return OUT_OF_LIMITS, _first_beyond(values, watch)
+    if ended >= 0:
+        return ENDED, ended
+    return (TRIGGERED, trigger) if trigger >= 0 else (DONE, 0)
 
 
 def execute(
@@ -134,48 +199,43 @@ def execute(
     Returns:
         Outcome, number of complete ticks, what it is about (FAILED, ENDED: operation, OUT_OF_LIMITS: signal,
         NOT_CONVERGED: row of `residuals`, TRIGGERED: trigger), FMI status.
-
-    No array is passed on in the common branches: numba would count references each time.
     """
     operations, slaves, blocks = memory.operations, memory.slaves, memory.blocks
-    values, conversions = memory.values, memory.conversions
-    scratch, asked = np.zeros(LARGEST_SIZE * values.size, np.uint8), np.zeros(32, np.uint8)
-    (t0, h), data, answers = grid, values.ctypes.data, asked.ctypes.data
+    values, copies, conversions = memory.values, memory.copies, memory.conversions
+    scratch = np.zeros(_ANSWERS + LARGEST_SIZE * values.size, dtype=np.uint8)
+    data, answers, typed = values.ctypes.data, scratch.ctypes.data, scratch.ctypes.data + _ANSWERS
+    (t0, h), n_first = grid, _n_first(watch.record)
     for k in range(ticks[0], ticks[1]):
-        i, status, worst, ended = 0, 0, -1, -1
+        i, status, worst, ended, row = 0, 0, -1, -1, k - ticks[0]
         while i < operations.shape[0]:
             code, every, a, b = operations[i, 0], operations[i, 1], operations[i, 2], operations[i, 3]
-            c, d = operations[i, 4], operations[i, 5]
             if every > 1 and (k + 1) % every != 0:
                 pass
             elif code == COPY:
-                values[b] = conversions[c, 0] * values[a] + conversions[c, 1]
-            elif code <= CHANNEL:
-                _move(values, memory.rings, memory.channels, k, (code, a, b, c, d))
+                _copy(values, copies, conversions, (a, b))
             elif code == STEP:
-                slave, begin = (slaves[a, 0], slaves[a, 1]), t0 + (k + 1 - every) * h
-                status = _do_step(slave, b, begin, every * h, answers)
-                if asked[0] | asked[8] | asked[16]:
-                    status, ended = heed(slave, b, (begin, begin + every * h), asked, (status, ended, i))
-            elif code <= GET:
-                slave = (slaves[a, 0], slaves[a, 1])
-                block = (blocks[c, 0], blocks[c, 1], blocks[c, 4], blocks[c, 2], blocks[c, 3])
-                if block[4] == FLOAT64:
-                    status = _exchange(slave, b, block, data + 8 * block[3])
-                else:
-                    status = _exchange_packed(slave, b, (*block, code), values, scratch)
-            elif code == CHECK:
-                i, ended, worst = close_loop(memory, a, i, ended)
-                if worst >= 0:
-                    return NOT_CONVERGED, k - ticks[0], worst, 0
+                slave, step = (slaves[a, 0], slaves[a, 1]), (t0 + (k + 1 - every) * h, every * h)
+                for j in range(slaves[a, 3], slaves[a, 4]):
+                    if status <= WARNING:
+                        block = (blocks[j, 0], blocks[j, 1], blocks[j, 2], blocks[j, 3])
+                        status = _set(slave, block, blocks[j, 4], data + 8 * blocks[j, 5], typed)
+                if status <= WARNING:
+                    status, ended = _do_step(slave, slaves[a, 2], step, answers, (ended, i))
+                for j in range(slaves[a, 5], slaves[a, 6]):
+                    if status <= WARNING:
+                        block = (blocks[j, 0], blocks[j, 1], blocks[j, 2], blocks[j, 3])
+                        status = _get(slave, block, blocks[j, 4], data + 8 * blocks[j, 5], typed)
+            elif code <= CHANNEL:
+                operation = (code, a, b, operations[i, 4], operations[i, 5])
+                _move(values, memory.rings, memory.channels, k, operation)
             else:
-                status = _state(memory, i)
-            if status > WARNING:
-                return FAILED, k - ticks[0], i, status
+                status, i, ended, worst = _iterate(memory, i, ended)
+            if worst >= 0 or status > WARNING:
+                return (NOT_CONVERGED, row, worst, 0) if worst >= 0 else (FAILED, row, i, status)
             i += 1
-        outcome, where = _observe(values, watch, rows[k - ticks[0]], ended)
+        outcome, where = _observe(values, watch, n_first, (rows, row), ended)
         if outcome != DONE:
-            return outcome, k - ticks[0] + 1, where, 0
+            return outcome, row + 1, where, 0
     return DONE, ticks[1] - ticks[0], 0, 0
 
 

@@ -8,6 +8,8 @@ import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
+from ..fmi.cells import load, store
+from ..fmi.value_types import FLOAT64, UINT8
 from . import calls
 from .program import (
     DELAY,
@@ -26,14 +28,9 @@ from .program import (
 )
 
 Floats = NDArray[np.float64]
-Bytes = NDArray[np.uint8]
 
-STOOD_STILL, WANTED_EVENTS, ENDED_WITHIN, MISFIT = (
-    101,
-    102,
-    103,
-    104,
-)  # beside the statuses of FMI, from 0 to 5
+# beside the statuses of FMI, from 0 to 5
+STOOD_STILL, WANTED_EVENTS, ENDED_WITHIN, MISFIT = range(101, 105)
 
 _MULTIPLIER, _MODULUS = 48271, 2147483647
 
@@ -55,18 +52,25 @@ def extrapolate(rings: Floats, first: int, order: int, value: float) -> Any:
 
 
 @register_jitable
+def asks(answers: int) -> bool:
+    """Whether an FMU 3.0 asks for anything after a step: see `heed`."""
+    return load(answers, 0, UINT8) + load(answers, 8, UINT8) + load(answers, 16, UINT8) > 0.0
+
+
+@register_jitable
 def heed(
     slave: tuple[int, int],
     function: int,
-    span: tuple[float, float],
-    asked: Bytes,
+    step: tuple[float, float],
+    answers: int,
     state: tuple[int, int, int],
 ) -> tuple[int, int]:
     """
-    Heed what an FMU 3.0 asked for in a step of `span` [s]: after an early return, step on to the end.
+    Heed what an FMU 3.0 asked for in the step (t, h) [s]: after an early return, step on to the end.
 
-    `asked` has cells of 8 bytes: event mode, end of the simulation, early return, time reached [s].
-    `state` is (status, operation at which the end of the simulation was asked for or -1, this operation).
+    `answers` is the address of four cells of 8 bytes: event mode, end of the simulation, early return, time
+    reached [s]. `state` is (status, operation at which the end of the simulation was asked for or -1, this
+    operation).
 
     Returns:
         Status and the second of `state` anew. The status is STOOD_STILL if it returned without getting on,
@@ -74,23 +78,29 @@ def heed(
         simulation before the end of the step.
     """
     status, ended, here = state
-    reached, end = span
-    last = asked.view(np.float64)
-    while status <= WARNING and asked[0] == 0 and last[3] < end - 1e-9 * (end - span[0]):
-        if asked[8] != 0:
+    reached, end, tolerance = step[0], step[0] + step[1], 1e-9 * step[1]
+    while status <= WARNING and load(answers, 0, UINT8) == 0 and load(answers, 3, FLOAT64) < end - tolerance:
+        last = load(answers, 3, FLOAT64)
+        if load(answers, 8, UINT8) != 0:
             status = ENDED_WITHIN
-        elif not last[3] > reached:
+        elif not last > reached:
             status = STOOD_STILL
         else:
-            reached = last[3]
-            asked[:] = 0
-            status = calls.do_step_3(function, slave[0], reached, end - reached, asked.ctypes.data)
-    if asked[0] != 0 and status <= WARNING:
+            reached = last
+            _clear(answers)
+            status = calls.do_step_3(function, slave[0], reached, end - reached, answers)
+    if load(answers, 0, UINT8) != 0 and status <= WARNING:
         status = WANTED_EVENTS
-    if asked[8] != 0:
+    if load(answers, 8, UINT8) != 0:
         ended = here
-    asked[:] = 0
+    _clear(answers)
     return status, ended
+
+
+@register_jitable
+def _clear(answers: int) -> None:
+    for j in range(4):
+        store(answers, j, FLOAT64, 0.0)
 
 
 @register_jitable

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-COPY, KEEP, EXTRAPOLATE, CHANNEL, SET, STEP, GET, SAVE, RESTORE, CHECK = range(10)
+COPY, STEP, KEEP, EXTRAPOLATE, CHANNEL, SAVE, RESTORE, CHECK = range(8)
 
 WARNING = 1  # the worst status of FMI with which a run goes on
 
@@ -25,19 +25,18 @@ class Memory(NamedTuple):
 
     `operations` has a row [code, every, a, b, c, d] for each operation:
 
-        COPY         source, target, conversion            values[target] = factor * values[source] + offset
+        COPY         first row, behind the last            the `copies` in these rows
+        STEP         slave                                 its inputs, one step of `every` ticks, its outputs
         KEEP         source, target, first cell, n cells   the value of n ticks ago, through a ring
         EXTRAPOLATE  target, order, first cell             to the end of the step, from the last values
         CHANNEL      target, row, first cell, n cells      a fault of the measuring chain, see `channels`
-        SET          slave, setter, block                  values of the block -> slave
-        STEP         slave, do_step                        one step of `every` ticks
-        GET          slave, getter, block                  slave -> values of the block
         SAVE         slave, get_state                      state of the slave -> states
         RESTORE      slave, set_state                      states -> state of the slave
         CHECK        loop                                  back to the loop's start until its wires agree
 
-    `blocks`: [address of the references, n, first place in values, type, n values]
-    `slaves`: [component, FMI version]
+    `blocks`: [setter or getter, address of the references, n, n values, type, first place in values]
+    `slaves`: [component, FMI version, do_step, first block to set, behind the last, first to get, behind]
+    `copies`: [source, target, conversion]: values[target] = factor * values[source] + offset
     `conversions`: [factor, offset]
     `rings`: cells of KEEP, EXTRAPOLATE and CHANNEL
     `states`: address of each slave's saved state
@@ -49,6 +48,7 @@ class Memory(NamedTuple):
     operations: Integers
     blocks: Integers
     slaves: Integers
+    copies: Integers
     conversions: Floats
     values: Floats
     rings: Floats

@@ -12,9 +12,10 @@ from typing import Any
 import numpy as np
 
 from ..errors import FmuError
+from ..fmi.cells import first_misfit
 from ..fmi.fmu import STATUS
 from ..fmi.slave import Slave
-from ..fmi.value_types import NAMES, RANGES, first_misfit
+from ..fmi.value_types import NAMES, RANGES
 from ..results.recorder import Recorder, Result, Sink
 from ..system.graph import Port, System
 from . import loop
@@ -196,13 +197,17 @@ class RunLoop:
 
     def _misfit(self, operation: int) -> str:
         """Name the first value that the type of its input does not hold."""
-        memory = self.program.memory
-        _, _, first, kind, n = memory.blocks[memory.operations[operation, 4]]
-        place = first_misfit(memory.values, first, n, kind)
+        memory, values = self.program.memory, self.program.values
+        first, behind = memory.slaves[memory.operations[operation, 2], 3:5]
+        for *_, n, kind, place in memory.blocks[first:behind].tolist():
+            misfit = first_misfit(values[place:].ctypes.data, n, kind)
+            if misfit >= 0:
+                break
+        place += misfit
         signal = next(name for name, at in self.program.place.items() if at == place)
-        least, largest = RANGES[int(kind)]
+        least, largest = RANGES[kind]
         return (
-            f"{signal}: value does not fit {NAMES[kind]}, got {memory.values[place]:g}, "
+            f"{signal}: value does not fit {NAMES[kind]}, got {values[place]:g}, "
             f"expected from {least:g} to {largest:g}"
         )
 

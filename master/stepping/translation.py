@@ -17,18 +17,17 @@ from .program import (
     CHECK,
     COPY,
     EXTRAPOLATE,
-    GET,
     HELD,
     KEEP,
     RESTORE,
     SAVE,
-    SET,
     STEP,
     Memory,
     Program,
 )
 
 Channels = Mapping[str, int]
+Functions = Mapping[tuple[Kind, int], int]
 
 
 def build_program(
@@ -55,6 +54,7 @@ class _Translator:
         self.interfaces = {name: slaves[name].interface() for name in self.names}
         self.operations: list[list[int]] = []
         self.blocks: list[list[int]] = []
+        self.copies: list[list[int]] = []
         self.conversions: list[tuple[float, float]] = []
         self.references: list[NDArray[np.uint32]] = []
         self.loops: list[list[int]] = []
@@ -64,8 +64,8 @@ class _Translator:
         self.channel_of: dict[str, int] = {}
         self.n_cells = 0
         self.place: dict[str, int] = {}
-        self.setters: dict[str, list[list[int]]] = {}
-        self.getters: dict[str, list[list[int]]] = {}
+        self.inputs: dict[str, tuple[int, int]] = {}
+        self.outputs: dict[str, tuple[int, int]] = {}
 
     def build(self) -> Program:
         self._allocate()
@@ -84,11 +84,11 @@ class _Translator:
         )
 
     def _memory(self) -> Memory:
-        interfaces = [self.interfaces[name] for name in self.names]
         return Memory(
             operations=_table(self.operations, 6),
-            blocks=_table(self.blocks, 5),
-            slaves=_table([[i.component, i.version] for i in interfaces], 2),
+            blocks=_table(self.blocks, 6),
+            slaves=_table([self._slave(name) for name in self.names], 7),
+            copies=_table(self.copies, 3),
             conversions=np.array(self.conversions, dtype=np.float64).reshape(-1, 2),
             values=self._start_values(),
             rings=np.zeros(self.n_cells),
@@ -98,6 +98,11 @@ class _Translator:
             tolerances=np.array(self.tolerances, dtype=np.float64),
             channels=np.zeros((len(self.channel_of), HELD + 1)),
         )
+
+    def _slave(self, name: str) -> list[int]:
+        interface = self.interfaces[name]
+        called = [interface.component, interface.version, interface.do_step]
+        return [*called, *self.inputs[name], *self.outputs[name]]
 
     def _start_values(self) -> NDArray[np.float64]:
         """Elements of an array that no wire sets keep their start value."""
@@ -109,33 +114,34 @@ class _Translator:
         return values
 
     def _allocate(self) -> None:
-        for i, name in enumerate(self.names):
-            interface = self.interfaces[name]
-            inputs = [w.target.variable for w in self.system.wires_into(name)]
+        """Outputs first: a row of the result is then read from neighbouring places."""
+        for name in self.names:
             outputs = self.system.instances[name].description.outputs
-            self.setters[name] = [[i, interface.setters[k, t], b] for k, t, b in self._blocks(name, inputs)]
-            self.getters[name] = [[i, interface.getters[k, t], b] for k, t, b in self._blocks(name, outputs)]
+            self.outputs[name] = self._blocks(name, outputs, self.interfaces[name].getters)
+        for name in self.names:
+            inputs = [w.target.variable for w in self.system.wires_into(name)]
+            self.inputs[name] = self._blocks(name, inputs, self.interfaces[name].setters)
 
-    def _blocks(self, instance: str, variables: Sequence[Variable]) -> list[tuple[Kind, int, int]]:
-        """One block for the scalars of each type and one for each array."""
+    def _blocks(self, instance: str, variables: Sequence[Variable], functions: Functions) -> tuple[int, int]:
+        """One block for the scalars of each type and one for each array; the first and the one behind."""
         whole = completed(variables, self.system.instances[instance].description.variables)
         groups: dict[tuple[Kind, int, int | None], list[Variable]] = {}
         for v in whole:
             array = None if v.element is None else v.reference
             groups.setdefault((v.kind, v.value_type, array), []).append(v)
-        return [
-            (kind, value_type, self._block(instance, value_type, chosen))
-            for (kind, value_type, _), chosen in groups.items()
-        ]
+        first = len(self.blocks)
+        for (kind, value_type, _), chosen in groups.items():
+            self._block(instance, functions[kind, value_type], chosen)
+        return first, len(self.blocks)
 
-    def _block(self, instance: str, value_type: int, chosen: Sequence[Variable]) -> int:
+    def _block(self, instance: str, function: int, chosen: Sequence[Variable]) -> None:
         references = np.array(list(dict.fromkeys(v.reference for v in chosen)), dtype=np.uint32)
         self.references.append(references)
+        counts = [len(references), len(chosen)]
         place = len(self.place)
-        self.blocks.append([references.ctypes.data, len(references), place, value_type, len(chosen)])
+        self.blocks.append([function, references.ctypes.data, *counts, chosen[0].value_type, place])
         for v in chosen:
             self.place[Port(instance, v).name] = len(self.place)
-        return len(self.blocks) - 1
 
     def _side_by_side(self, group: Sequence[str]) -> None:
         for name in group:
@@ -182,9 +188,9 @@ class _Translator:
             self._add(KEEP, 1, source, target, self._cells(wire.delay), wire.delay)
             source, every = target, 1
         if not (wire.delay and wire.conversion.is_identity):
-            self._add(COPY, every, source, target, self._conversion(wire))
+            self._copy(every, source, target, self._conversion(wire))
         if has_channel:
-            self._add(COPY, every, target, self._taken(wire), self._number((1.0, 0.0)))
+            self._copy(every, target, self._taken(wire), self._number((1.0, 0.0)))
             self._channel(wire.target.name, target)
         if wire.extrapolation:
             rate, cells = self.schedule.every[wire.target.instance], self._cells(wire.extrapolation)
@@ -198,6 +204,15 @@ class _Translator:
             if name in self.channels
             else self.place[name]
         )
+
+    def _copy(self, every: int, source: int, target: int, conversion: int) -> None:
+        """Copies that follow each other at the same ticks are one operation."""
+        n = len(self.copies)
+        self.copies.append([source, target, conversion])
+        if self.operations and self.operations[-1][:2] == [COPY, every]:
+            self.operations[-1][3] = n + 1
+        else:
+            self._add(COPY, every, n, n + 1)
 
     def _channel(self, name: str, target: int) -> None:
         n = self.channels[name] + 1
@@ -218,12 +233,7 @@ class _Translator:
         return self.conversions.index(pair)
 
     def _step(self, instance: str) -> None:
-        every = self.schedule.every[instance]
-        for setter in self.setters[instance]:
-            self._add(SET, every, *setter)
-        self._add(STEP, every, self.names.index(instance), self.interfaces[instance].do_step)
-        for getter in self.getters[instance]:
-            self._add(GET, every, *getter)
+        self._add(STEP, self.schedule.every[instance], self.names.index(instance))
 
     def _add(self, code: int, every: int, *arguments: int) -> None:
         self.operations.append([code, every, *arguments, *[0] * (4 - len(arguments))])

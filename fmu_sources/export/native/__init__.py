@@ -44,7 +44,7 @@ def build_description(sources: Mapping[str, bytes], model_identifier: str) -> by
 <?xml version="1.0" encoding="UTF-8"?>
 <fmiBuildDescription fmiVersion="3.0">
   <BuildConfiguration modelIdentifier="{model_identifier}" description="One library of all C files">
-    <SourceFileSet language="C11" compilerOptions="-O2 -ffp-contract=off -fno-math-errno">
+    <SourceFileSet language="C11" compilerOptions="-O3 -ffp-contract=off -fno-math-errno">
 {files}
     </SourceFileSet>
     <Library name="m" external="true"/>

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from ...model import Model
-from ...variables import Variable
+from ...variables import Role, Variable
 
 
 def header(model: Model, guid: str) -> str:
@@ -41,17 +41,26 @@ def header(model: Model, guid: str) -> str:
 
 
 def tables(model: Model) -> str:
-    """Write `model_variables` with the rules, `model_fault_texts` and `model_restarting`."""
+    """Write `model_variables` with the rules, and the lists that belong to it."""
     rules: list[str] = []
     rows = []
     for i, v in enumerate(model.all_variables):
         found = _rules(i, v)
         rules += _rule_tables(i, v, found)
         rows.append(_row(i, v, len(found)))
-    lines = [*rules, "", "const Variable model_variables[] = {", *rows, "};", "", *_fault_table(model)]
+    lines = [*rules, "", "const Variable model_variables[] = {", *rows, "};", "", *_type_tables(model), ""]
     places = ", ".join(map(str, _restarting(model))) or "0"
-    lines += ["", f"const int model_restarting[] = {{{places}}};"]
+    lines += [*_fault_table(model), "", f"const int model_restarting[] = {{{places}}};"]
     return "\n".join(lines) + "\n"
+
+
+def _type_tables(model: Model) -> list[str]:
+    readable = [_type(v) if not v.hidden else "TYPE_NONE" for v in model.all_variables]
+    inputs = [_type(v) if v.role is Role.INPUT else "TYPE_NONE" for v in model.all_variables]
+    return [
+        f"const unsigned char {name}[] = {{{', '.join(types)}}};"
+        for name, types in (("model_readable", readable), ("model_inputs", inputs))
+    ]
 
 
 def _restarting(model: Model) -> list[int]:

@@ -1,10 +1,10 @@
 import pytest
 from stubs import CELSIUS, KELVIN, bench, clock, gain, typed, wire
 
-from master.stepping.program import COPY, GET, KEEP, SET, STEP
+from master.stepping.program import COPY, KEEP, STEP
 from master.stepping.translation import build_program
 
-WORDS = {COPY: "copy", KEEP: "keep", SET: "set", STEP: "step", GET: "get"}
+WORDS = {COPY: "copy", KEEP: "keep", STEP: "step"}
 
 
 @pytest.fixture
@@ -27,28 +27,35 @@ def words(program):
     ]
 
 
+def blocks_of(program, name):
+    """Numbers of calls that set and get the variables of an FMU in a step."""
+    *_, set_first, set_end, get_first, get_end = program.memory.slaves[program.names.index(name)]
+    return set_end - set_first, get_end - get_first
+
+
 def test_an_fmu_without_wires_steps_and_is_read(program_of):
-    assert words(program_of({"a": clock()})) == ["step a", "get a"]
+    assert words(program_of({"a": clock()})) == ["step a"]
 
 
 def test_in_a_sequence_a_value_moves_between_the_steps(program_of):
     program = program_of({"a": clock(), "b": gain()}, [wire("a.t", "b.u")])
 
-    assert words(program) == ["step a", "get a", "copy", "set b", "step b", "get b"]
+    assert words(program) == ["step a", "copy", "step b"]
 
 
 def test_side_by_side_all_values_move_before_the_steps(program_of):
     wires = [wire("a.y", "b.u"), wire("b.y", "a.u")]
     program = program_of({"a": gain(), "b": gain()}, wires, [["a", "b"]])
 
-    assert words(program) == ["copy", "copy", "set a", "step a", "get a", "set b", "step b", "get b"]
+    assert words(program) == ["copy", "step a", "step b"]
+    assert len(program.memory.copies) == 2
 
 
 def test_a_delayed_value_is_kept_and_copied_only_to_convert(program_of):
     blocks = {"a": gain(source=CELSIUS), "b": gain(target=KELVIN), "c": gain()}
     program = program_of(blocks, [wire("a.y", "b.u", delay=2), wire("a.y", "c.u", delay=3)])
 
-    assert words(program)[2:4] == ["keep", "copy"]
+    assert words(program)[1:3] == ["keep", "copy"]
     assert words(program).count("keep") == 2
     assert words(program).count("copy") == 1
     assert program.memory.rings.size == 5
@@ -67,9 +74,8 @@ def test_each_type_is_exchanged_in_one_call(program_of):
     wires = [wire(f"a.{n}_out", f"b.{n}") for n in ("i", "b", "r")] + [wire("b.count", "a.r")]
     program = program_of(blocks, wires, ["a", "b"])
 
-    assert words(program).count("set b") == 3
-    assert words(program).count("get b") == 3
-    assert [n for n in program.memory.blocks[:, 1] if n == 2] == [2, 2]
+    assert blocks_of(program, "b") == (3, 3)
+    assert [n for n in program.memory.blocks[:, 2] if n == 2] == [2, 2]
 
 
 def test_every_port_in_use_has_a_place_of_its_own(program_of):

@@ -25,7 +25,7 @@ static bool is_result(const Variable *variable) {
     return variable->role == ROLE_STATE || variable->role == ROLE_OUTPUT;
 }
 
-bool read_value(Instance *instance, Access access, unsigned reference, double *value) {
+bool read_any_value(Instance *instance, Access access, unsigned reference, double *value) {
     const Variable *variable = typed_variable(instance, access, reference);
     if (variable == NULL) {
         return false;
@@ -50,7 +50,7 @@ static bool check_writable(const Instance *instance, const char *function, const
     return true;
 }
 
-bool write_value(Instance *instance, Access access, unsigned reference, double value) {
+bool write_any_value(Instance *instance, Access access, unsigned reference, double value) {
     const Variable *variable = typed_variable(instance, access, reference);
     if (variable == NULL || !check_writable(instance, access.function, variable)) {
         return false;

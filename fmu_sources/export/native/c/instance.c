@@ -82,10 +82,7 @@ static void append_phases(Text *text, int phases) {
     }
 }
 
-bool allow(const Instance *instance, const char *function, int phases) {
-    if (instance->now.phase & phases) {
-        return true;
-    }
+bool refuse_phase(const Instance *instance, const char *function, int phases) {
     Text text = {.length = 0};
     text_append(&text, "%s: call not allowed now, got it while %s, expected it while ", function,
                 phase_name(instance->now.phase));

@@ -54,8 +54,13 @@ void instance_reset(Instance *instance);
 bool refuse(const Instance *instance, const char *format, ...);
 bool refuse_text(const Instance *instance, const Text *text);
 
+/* Say that the present phase does not allow a call; always returns false. */
+bool refuse_phase(const Instance *instance, const char *function, int phases);
+
 /* Refuse a call that the present phase does not allow. */
-bool allow(const Instance *instance, const char *function, int phases);
+static inline bool allow(const Instance *instance, const char *function, int phases) {
+    return (instance->now.phase & phases) || refuse_phase(instance, function, phases);
+}
 
 /* Compute the states that follow from inputs and parameters, and the outputs. */
 bool instance_initialise(const Instance *instance, Data *data);

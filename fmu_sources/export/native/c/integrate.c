@@ -2,28 +2,29 @@
 
 #include "integrate.h"
 
-#include <math.h>
 #include <string.h>
 
-enum { HOLD_NEW = 2, HOLD_OLD = 3, MOST_SUBSTEPS = 1000000000 };
+enum { HOLD_NEW = 2, HOLD_OLD = 3 };
+
+static const double MOST_SUBSTEPS = 1e9;
 
 typedef struct {
     const Data *data;
     const Span *span;
-    int n;
     double h;
     double hold;
 } Stages;
 
 int n_substeps(double period) {
-    const double n = ceil(period / LONGEST_SUBSTEP - 1e-9);
+    const double n = period / LONGEST_SUBSTEP - 1e-9;
     if (!(n <= MOST_SUBSTEPS)) {
-        return -1;
+        return 0;
     }
-    return n < 1.0 ? 1 : (int)n;
+    const int whole = (int)n;
+    return n <= 1.0 ? 1 : whole + (whole < n); /* rounded up */
 }
 
-static const double *inputs_at(const Stages *stages, double share, double u[ROOM(N_INPUTS)]) {
+static inline const double *inputs_at(const Stages *stages, double share, double u[ROOM(N_INPUTS)]) {
     const double *old = stages->data->previous_inputs;
     const double *new = stages->data->values + FIRST_INPUT;
     if (stages->hold == HOLD_NEW) {
@@ -39,10 +40,10 @@ static const double *inputs_at(const Stages *stages, double share, double u[ROOM
 }
 
 /* k = h der(x) at a place counted in substeps. */
-static void slope(const Stages *stages, double place, const double *x, double k[ROOM(N_CONTINUOUS)]) {
+static inline void slope(const Stages *stages, double place, const double *x, double k[ROOM(N_CONTINUOUS)]) {
     const Span *span = stages->span;
     double u[ROOM(N_INPUTS)];
-    const double share = span->first + span->share * (place / stages->n);
+    const double share = span->first + span->share * (place / span->n);
     const double t = span->t + place * stages->h;
     model_derivatives(t, x, inputs_at(stages, share, u), stages->data->values, k);
     for (int i = 0; i < N_CONTINUOUS; i++) {
@@ -50,13 +51,12 @@ static void slope(const Stages *stages, double place, const double *x, double k[
     }
 }
 
-static void substep(const Stages *stages, double place, double x[ROOM(N_STATES)]) {
+/* From x to x, by way of `stage`: all states, of which the sampled ones stay. */
+static inline void substep(const Stages *stages, double place, double x[ROOM(N_CONTINUOUS)], double *stage) {
     double k1[ROOM(N_CONTINUOUS)], k2[ROOM(N_CONTINUOUS)];
     double k3[ROOM(N_CONTINUOUS)], k4[ROOM(N_CONTINUOUS)];
-    double stage[ROOM(N_STATES)];
-    memcpy(stage, x, N_STATES * sizeof *x); /* sampled states stay */
 
-    slope(stages, place, x, k1);
+    slope(stages, place, stage, k1);
     for (int i = 0; i < N_CONTINUOUS; i++) {
         stage[i] = x[i] + 0.5 * k1[i];
     }
@@ -71,14 +71,17 @@ static void substep(const Stages *stages, double place, double x[ROOM(N_STATES)]
     slope(stages, place + 1.0, stage, k4);
     for (int i = 0; i < N_CONTINUOUS; i++) {
         x[i] = x[i] + (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i]) / 6.0;
+        stage[i] = x[i];
     }
 }
 
 void integrate(Data *data, const Span *span) {
-    const int n = n_substeps(span->period);
     const double hold = INPUT_HOLD < 0 ? HOLD_NEW : data->values[PLACE(INPUT_HOLD)];
-    const Stages stages = {data, span, n, span->period / n, hold};
-    for (int i = 0; i < n; i++) {
-        substep(&stages, i, data->values + FIRST_STATE);
+    const Stages stages = {data, span, span->period / span->n, hold};
+    double *stage = data->values + FIRST_STATE;
+    double x[ROOM(N_CONTINUOUS)]; /* apart from the stages, so that they can stay in registers */
+    memcpy(x, stage, N_CONTINUOUS * sizeof *x);
+    for (int i = 0; i < span->n; i++) {
+        substep(&stages, i, x, stage);
     }
 }

@@ -5,15 +5,16 @@
 
 #include "instance.h"
 
-/* The part of a communication step that is integrated: from t over `period`. */
+/* The part of a communication step that is integrated: from t over `period`, in n substeps. */
 typedef struct {
     double t;
     double period;
+    int n;
     double first; /* share of the communication step at t: 0 at its start */
     double share; /* share of the communication step that `period` is */
 } Span;
 
-/* Number of substeps of a period; negative if there are too many to count. */
+/* Number of substeps of a period; 0 if there are too many to count. */
 int n_substeps(double period);
 
 void integrate(Data *data, const Span *span);

@@ -23,7 +23,7 @@ enum {
 };
 
 typedef enum { ROLE_PARAMETER, ROLE_INPUT, ROLE_STATE, ROLE_OUTPUT } Role;
-typedef enum { TYPE_REAL, TYPE_INTEGER, TYPE_ENUMERATION, TYPE_BOOLEAN } Type;
+typedef enum { TYPE_REAL, TYPE_INTEGER, TYPE_ENUMERATION, TYPE_BOOLEAN, TYPE_NONE } Type;
 typedef enum { RULE_ABOVE, RULE_AT_LEAST, RULE_AT_MOST, RULE_ONE_OF } RuleKind;
 
 typedef struct {
@@ -54,6 +54,12 @@ typedef struct {
 } Fault;
 
 extern const Variable model_variables[];
+
+/* The types again, a byte a variable, for the calls of every step: TYPE_NONE where a reader may not see
+   the variable, where it is not an input. */
+extern const unsigned char model_readable[];
+extern const unsigned char model_inputs[];
+
 extern const Fault model_fault_texts[];
 extern const int model_restarting[]; /* states that begin each communication step at their start value */
 

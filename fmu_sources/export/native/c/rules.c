@@ -1,6 +1,8 @@
 #include "rules.h"
 
 #include <math.h>
+#include <stdint.h>
+#include <string.h>
 
 static bool keeps(const Rule *rule, double value) {
     switch (rule->kind) {
@@ -54,12 +56,33 @@ bool check_rules(const Instance *instance, Data *data) {
     return true;
 }
 
-bool check_inputs(const Instance *instance, Data *data) {
-    double sum = 0.0;
-    for (int i = FIRST_INPUT; i < FIRST_STATE; i++) {
-        sum += data->values[i];
+/* Infinities and NaNs have an exponent of all ones: one more carries into the sign. A loop without a branch. */
+static bool are_finite(const double *values, int n) {
+    const uint64_t magnitude = UINT64_MAX >> 1, one_exponent = (uint64_t)1 << 52;
+    uint64_t carried = 0;
+    for (int i = 0; i < n; i++) {
+        uint64_t bits;
+        memcpy(&bits, &values[i], sizeof bits);
+        carried |= (bits & magnitude) + one_exponent;
     }
-    return (isfinite(sum) && !data->is_unchecked) || check_rules(instance, data);
+    return carried <= magnitude;
+}
+
+bool check_inputs(const Instance *instance, Data *data) {
+    const bool is_well = are_finite(data->values + FIRST_INPUT, N_INPUTS) && !data->is_unchecked;
+    return is_well || check_rules(instance, data);
+}
+
+static bool refuse_faults(const Instance *instance, const Data *data, const double *faults) {
+    Text text = {.length = 0};
+    for (int i = 0; i < N_FAULTS; i++) {
+        if (faults[i] != 0.0) {
+            const Fault *fault = &model_fault_texts[i];
+            const Variable *variable = &model_variables[fault->reference];
+            append_finding(&text, variable, fault->text, data->values[fault->reference], fault->expected);
+        }
+    }
+    return refuse_text(instance, &text);
 }
 
 bool has_fault(const Data *data, double t) {
@@ -74,7 +97,7 @@ bool has_fault(const Data *data, double t) {
     return false;
 }
 
-static bool check_faults(const Instance *instance, const Data *data) {
+static bool refuse_faults(const Instance *instance, const Data *data) {
     const double *values = data->values;
     double faults[ROOM(N_FAULTS)];
     Text text = {.length = 0};
@@ -86,22 +109,32 @@ static bool check_faults(const Instance *instance, const Data *data) {
             append_finding(&text, variable, fault->text, values[fault->reference], fault->expected);
         }
     }
-    return text.length == 0 || refuse_text(instance, &text);
+    return refuse_text(instance, &text);
+}
+
+static bool check_faults(const Instance *instance, const Data *data) {
+    return !has_fault(data, data->time) || refuse_faults(instance, data);
+}
+
+static bool refuse_result(const Instance *instance, const Data *data, int reference) {
+    Text text = {.length = 0};
+    text_append(&text, "%s: value not finite at t=", model_variables[reference].name);
+    text_append_number(&text, data->time);
+    text_append(&text, " s, got ");
+    text_append_value(&text, &model_variables[reference], data->values[reference]);
+    text_append(&text, ", expected a finite number");
+    return refuse_text(instance, &text);
 }
 
 static bool check_finite(const Instance *instance, const Data *data) {
-    for (int i = FIRST_STATE; i < N_VARIABLES; i++) {
-        if (!isfinite(data->values[i])) {
-            Text text = {.length = 0};
-            text_append(&text, "%s: value not finite at t=", model_variables[i].name);
-            text_append_number(&text, data->time);
-            text_append(&text, " s, got ");
-            text_append_value(&text, &model_variables[i], data->values[i]);
-            text_append(&text, ", expected a finite number");
-            return refuse_text(instance, &text);
-        }
+    if (are_finite(data->values + FIRST_STATE, N_STATES + N_OUTPUTS)) {
+        return true;
     }
-    return true;
+    int first = FIRST_STATE;
+    while (isfinite(data->values[first])) {
+        first++;
+    }
+    return refuse_result(instance, data, first);
 }
 
 bool check_results(const Instance *instance, const Data *data) {

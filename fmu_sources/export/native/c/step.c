@@ -31,11 +31,24 @@ static bool check_step(const Instance *instance, double t, double h) {
     return true;
 }
 
+/* How a communication step is cut: n sampling periods, each in equal substeps. */
+typedef struct {
+    int n;
+    double period;
+    int n_substeps;
+} Cut;
+
 /* Sampling periods in a step of h [s]: 0 if they are not a whole number or too many to count. */
 static int n_samples(double h, double period) {
-    const double n = nearbyint(h / period);
-    const bool is_whole = n >= 1.0 && fabs(n * period - h) <= RELATIVE_TOLERANCE * h;
-    return is_whole && n <= 1e9 ? (int)n : 0;
+    if (h == period) {
+        return 1; /* as a rule, and without a division */
+    }
+    const double n = h / period;
+    if (!(n <= 1e9)) {
+        return 0;
+    }
+    const int nearest = (int)(n + 0.5);
+    return fabs(nearest * period - h) <= RELATIVE_TOLERANCE * h ? nearest : 0;
 }
 
 static bool refuse_multiple(const Instance *instance, double h, double period) {
@@ -45,26 +58,40 @@ static bool refuse_multiple(const Instance *instance, double h, double period) {
     return refuse_step(instance, text.at, h, "a multiple of", period);
 }
 
+static bool cut_step(const Instance *instance, double h, Cut *cut) {
+    const bool is_sampled = SAMPLE_TIME >= 0;
+    cut->period = is_sampled ? instance->now.values[PLACE(SAMPLE_TIME)] : h;
+    cut->n = is_sampled ? n_samples(h, cut->period) : 1;
+    if (cut->n == 0) {
+        return refuse_multiple(instance, h, cut->period);
+    }
+    cut->n_substeps = N_CONTINUOUS > 0 ? n_substeps(cut->period) : 1;
+    if (cut->n_substeps == 0) {
+        return refuse_step(instance, "communication step: too long", h, "substeps of", LONGEST_SUBSTEP);
+    }
+    return true;
+}
+
 static void restart(Data *data) {
     for (int i = 0; i < N_RESTARTING; i++) {
         data->values[model_restarting[i]] = model_variables[model_restarting[i]].start;
     }
 }
 
-static void advance(Data *data, double t, double h, int n, double period) {
+static void advance(Data *data, double t, double h, const Cut *cut) {
     data->time = t + h;
     restart(data);
-    for (int i = 0; i < n; i++) {
-        const double start = t + i * period;
+    for (int i = 0; i < cut->n; i++) {
+        const double start = t + i * cut->period;
         if (N_STATES > N_CONTINUOUS) {
             apply_update(data, start);
         }
         if (N_CONTINUOUS > 0) {
-            const Span span = {start, period, (double)i / n, 1.0 / n};
+            const Span span = {start, cut->period, cut->n_substeps, (double)i / cut->n, 1.0 / cut->n};
             integrate(data, &span);
         }
-        if (i + 1 < n && has_fault(data, start + period)) {
-            data->time = start + period;
+        if (i + 1 < cut->n && has_fault(data, start + cut->period)) {
+            data->time = start + cut->period;
             break;
         }
     }
@@ -74,19 +101,11 @@ static void advance(Data *data, double t, double h, int n, double period) {
 
 bool instance_step(Instance *instance, double t, double h) {
     Data *data = &instance->now;
-    if (!check_inputs(instance, data) || !check_step(instance, t, h)) {
+    Cut cut;
+    if (!check_inputs(instance, data) || !check_step(instance, t, h) || !cut_step(instance, h, &cut)) {
         return false;
     }
-    const bool is_sampled = SAMPLE_TIME >= 0;
-    const double period = is_sampled ? data->values[PLACE(SAMPLE_TIME)] : h;
-    const int n = is_sampled ? n_samples(h, period) : 1;
-    if (n == 0) {
-        return refuse_multiple(instance, h, period);
-    }
-    if (N_CONTINUOUS > 0 && n_substeps(period) < 0) {
-        return refuse_step(instance, "communication step: too long", h, "substeps of", LONGEST_SUBSTEP);
-    }
-    advance(data, t, h, n, period);
+    advance(data, t, h, &cut);
     if (!check_results(instance, data)) {
         data->phase = FAILED;
         return false;

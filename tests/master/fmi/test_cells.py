@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 from numba import njit
 
-from master.fmi.value_types import INT_BOOLEAN, LARGEST_SIZE, NAMES, first_misfit, pack, unpack
+from master.fmi.cells import LARGEST_SIZE, first_misfit, pack, unpack
+from master.fmi.value_types import INT_BOOLEAN, NAMES
 
 _pack = njit(pack)
 _unpack = njit(unpack)
@@ -12,9 +13,9 @@ FORMS = pytest.mark.parametrize("form", [(pack, unpack), (_pack, _unpack)], ids=
 def packed(form, kind, *values):
     scratch = np.zeros(LARGEST_SIZE * 4, dtype=np.uint8)
     table = np.array([99.0, *values])
-    form[0](table, 1, len(values), kind, scratch)
+    form[0](table[1:].ctypes.data, len(values), kind, scratch.ctypes.data)
     back = np.full(len(values) + 1, 99.0)
-    form[1](back, 1, len(values), kind, scratch)
+    form[1](back[1:].ctypes.data, len(values), kind, scratch.ctypes.data)
     return scratch, back.tolist()
 
 
@@ -45,14 +46,17 @@ def test_a_signed_type_keeps_the_sign(form, name):
 def test_a_value_beyond_a_whole_type_is_found(find, name, least, largest):
     kind, nan = NAMES.index(name), float("nan")
 
-    assert find(np.array([1e300, least, largest, 0.25]), 1, 3, kind) == -1
+    fits = np.array([least, largest, 0.25])
+    assert find(fits.ctypes.data, 3, kind) == -1
     for value in (np.nextafter(least - 0.5, -np.inf), 1.001 * largest + 1.0, nan, float("inf")):
-        assert find(np.array([0.0, 0.0, value]), 0, 3, kind) == 2
+        row = np.array([0.0, 0.0, value])
+        assert find(row.ctypes.data, 3, kind) == 2
 
 
 @pytest.mark.parametrize("name", ["Float64", "Float32", "Boolean"])
 def test_every_number_fits_the_other_types(name):
-    assert first_misfit(np.array([1e300, float("nan")]), 0, 2, NAMES.index(name)) == -1
+    row = np.array([1e300, float("nan")])
+    assert first_misfit(row.ctypes.data, 2, NAMES.index(name)) == -1
 
 
 @FORMS
