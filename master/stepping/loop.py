@@ -184,7 +184,12 @@ def _observe(
 
 
 def execute(
-    memory: Memory, watch: Watch, grid: tuple[float, float], ticks: tuple[int, int], rows: Floats
+    memory: Memory,
+    watch: Watch,
+    grid: tuple[float, float],
+    ticks: tuple[int, int],
+    rows: Floats,
+    general: bool | None = True,
 ) -> tuple[int, int, int, int]:
     """
     Execute ticks and record one row after each.
@@ -195,6 +200,7 @@ def execute(
         grid: t0 [s] and step size h [s]; tick k goes from t0 + k h to t0 + (k+1) h.
         ticks: First tick and the one behind the last.
         rows: Values after each tick, shape (ticks, recorded signals), written.
+        general: None for a program that `is_plain`: numba leaves out what it does not need.
 
     Returns:
         Outcome, number of complete ticks, what it is about (FAILED, ENDED: operation, OUT_OF_LIMITS: signal,
@@ -202,9 +208,8 @@ def execute(
     """
     operations, slaves, blocks = memory.operations, memory.slaves, memory.blocks
     values, copies, conversions = memory.values, memory.copies, memory.conversions
-    scratch = np.zeros(_ANSWERS + LARGEST_SIZE * values.size, dtype=np.uint8)
-    data, answers, typed = values.ctypes.data, scratch.ctypes.data, scratch.ctypes.data + _ANSWERS
-    (t0, h), n_first = grid, _n_first(watch.record)
+    scratch, n_first = np.zeros(_ANSWERS + LARGEST_SIZE * values.size, np.uint8), _n_first(watch.record)
+    (t0, h), data, answers = grid, values.ctypes.data, scratch.ctypes.data
     for k in range(ticks[0], ticks[1]):
         i, status, worst, ended, row = 0, 0, -1, -1, k - ticks[0]
         while i < operations.shape[0]:
@@ -218,13 +223,17 @@ def execute(
                 for j in range(slaves[a, 3], slaves[a, 4]):
                     if status <= WARNING:
                         block = (blocks[j, 0], blocks[j, 1], blocks[j, 2], blocks[j, 3])
-                        status = _set(slave, block, blocks[j, 4], data + 8 * blocks[j, 5], typed)
-                if status <= WARNING:
+                        status = _set(slave, block, blocks[j, 4], data + 8 * blocks[j, 5], answers + _ANSWERS)
+                if general is None:
+                    status = calls.do_step(slaves[a, 2], slave[0], *step) if status <= WARNING else status
+                elif status <= WARNING:
                     status, ended = _do_step(slave, slaves[a, 2], step, answers, (ended, i))
                 for j in range(slaves[a, 5], slaves[a, 6]):
                     if status <= WARNING:
                         block = (blocks[j, 0], blocks[j, 1], blocks[j, 2], blocks[j, 3])
-                        status = _get(slave, block, blocks[j, 4], data + 8 * blocks[j, 5], typed)
+                        status = _get(slave, block, blocks[j, 4], data + 8 * blocks[j, 5], answers + _ANSWERS)
+            elif general is None:
+                pass
             elif code <= CHANNEL:
                 operation = (code, a, b, operations[i, 4], operations[i, 5])
                 _move(values, memory.rings, memory.channels, k, operation)
@@ -237,6 +246,11 @@ def execute(
         if outcome != DONE:
             return outcome, row + 1, where, 0
     return DONE, ticks[1] - ticks[0], 0, 0
+
+
+def is_plain(memory: Memory) -> bool:
+    """Whether a program holds only copies and steps of FMUs 2.0, as most do."""
+    return bool((memory.operations[:, 0] <= STEP).all() and (memory.slaves[:, 1] == 2).all())
 
 
 @lru_cache(maxsize=1)
@@ -256,7 +270,11 @@ def compiled() -> Callable[..., tuple[int, int, int, int]]:
     else:
         # numba looks at this file alone and would load old code where only a function it calls has changed
         dispatcher._cache._cache_file._source_stamp = _stamp()
-    return dispatcher  # type: ignore[no-any-return]
+
+    def run(memory: Memory, *run: Any) -> tuple[int, int, int, int]:
+        return dispatcher(memory, *run, None if is_plain(memory) else True)  # type: ignore[no-any-return]
+
+    return run
 
 
 def _stamp() -> str:

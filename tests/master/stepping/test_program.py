@@ -1,6 +1,7 @@
 import pytest
 from stubs import CELSIUS, KELVIN, bench, clock, gain, typed, wire
 
+from master.stepping.loop import is_plain
 from master.stepping.program import COPY, KEEP, STEP
 from master.stepping.translation import build_program
 
@@ -83,3 +84,10 @@ def test_every_port_in_use_has_a_place_of_its_own(program_of):
 
     assert sorted(program.place) == ["a.t", "b.u", "b.y"]
     assert sorted(program.place.values()) == [0, 1, 2]
+
+
+def test_a_program_of_steps_and_copies_is_plain(program_of):
+    wires = [wire("a.t", "b.u")]
+
+    assert is_plain(program_of({"a": clock(), "b": gain()}, wires).memory)
+    assert not is_plain(program_of({"a": clock(), "b": gain()}, [wire("a.t", "b.u", delay=1)]).memory)

@@ -73,18 +73,6 @@ bool check_inputs(const Instance *instance, Data *data) {
     return is_well || check_rules(instance, data);
 }
 
-static bool refuse_faults(const Instance *instance, const Data *data, const double *faults) {
-    Text text = {.length = 0};
-    for (int i = 0; i < N_FAULTS; i++) {
-        if (faults[i] != 0.0) {
-            const Fault *fault = &model_fault_texts[i];
-            const Variable *variable = &model_variables[fault->reference];
-            append_finding(&text, variable, fault->text, data->values[fault->reference], fault->expected);
-        }
-    }
-    return refuse_text(instance, &text);
-}
-
 bool has_fault(const Data *data, double t) {
     const double *values = data->values;
     double faults[ROOM(N_FAULTS)];
