@@ -56,9 +56,9 @@ def legend(figure: Figure, ax: Any) -> None:
 
 
 def broken(t: Array, values: Array) -> tuple[Array, Array]:
-    """Put a row of NaN where rows are missing, so that a line does not bridge them."""
+    """Put a row of NaN where rows are missing or another recording begins, so that no line bridges them."""
     steps = np.diff(t)
-    gaps = np.flatnonzero(steps > GAP * float(np.median(steps))) + 1
+    gaps = np.flatnonzero((steps > GAP * float(np.median(steps))) | (steps <= 0.0)) + 1
     return np.insert(t, gaps, np.nan), np.insert(values, gaps, np.nan)
 
 
@@ -89,12 +89,9 @@ def unit_of(system: CutSystem, key: str) -> str:
 
 
 def role_label(system: CutSystem, key: str, role: str) -> str:
-    """Name a role of a slot `fmu.slot` with its unit; for the memory the rate of what it remembers."""
+    """Name a role of a slot `fmu.slot` with its unit."""
     fmu, _, name = key.partition(".")
     slot = system.slots(fmu)[name]
     found = {r: slot.signals[signal] for r, signal in roles(slot).items()}
     units = {"value": slot.unit, "time": "s", **found}
-    if role == "memory":
-        remembered = "position" if "position" in found else "value"
-        return f"rate of the {remembered} [{units[remembered]}/s]"
     return f"{role} [{units[role]}]"

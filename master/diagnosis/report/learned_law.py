@@ -25,7 +25,6 @@ SHOWN = {"sign": "velocity", "plays": "position", "cycle": "time"}
 def law(part: PartResult) -> Figure:
     """Draw what the last effect adds over each of its signals; the other one is the colour."""
     added, system = part.chosen.added[-1], part.study.system
-    slot = f"{added.fmu}.{added.slot}"
     values, signals = along(part)
     first, second = (SHOWN.get(n, n) for n in added.effect.removeprefix("learned_").split("_"))
     every = max(1, len(values) // MOST_POINTS)
@@ -36,8 +35,8 @@ def law(part: PartResult) -> Figure:
         points = ax.scatter(
             signals[over][::every], values[::every], c=signals[colour][::every], s=5, cmap="viridis"
         )
-        figure.colorbar(points, ax=ax, label=role_label(system, slot, colour))
-        ax.set_xlabel(role_label(system, slot, over))
+        figure.colorbar(points, ax=ax, label=_label(part, colour))
+        ax.set_xlabel(_label(part, over))
         ax.xaxis.set_major_locator(MaxNLocator(5))
         ax.grid(alpha=0.3)
     axes[0].set_ylabel(f"added to {added.slot} [{unit}]")
@@ -52,20 +51,34 @@ def along(part: PartResult) -> tuple[Array, dict[str, Array]]:
     p = SimpleNamespace(**{v.name: given.get(begin + v.name, v.start) for v in added.law.parameters})
     signals = dict(study.signals[f"{added.fmu}.{added.slot}"])
     signals["time"] = np.concatenate([r.t for r in study.bench.recordings.values()])
-    values = _replayed(added.law, p, signals) if added.law.states else _at_once(added.law, p, signals)
-    memory = signals.get("position", signals["value"])
-    signals["memory"] = np.gradient(memory) / study.bench.period
+    values = replayed(added.law, p, signals) if added.law.states else at_once(added.law, p, signals)
+    signals["memory"] = np.gradient(signals[_remembered(added.law)]) / study.bench.period
     return values, signals
 
 
-def _at_once(law: Effect, p: Any, signals: dict[str, Array]) -> Array:
+def _remembered(law: Effect) -> str:
+    """Role that the lagged state of a law follows."""
+    return next((v.unit.strip("{}") for v in law.states if v.name == "lagged"), "value")
+
+
+def _label(part: PartResult, role: str) -> str:
+    """Name a signal with its unit; a memory is seen as the rate of what it remembers."""
+    added, system = part.chosen.added[-1], part.study.system
+    slot = f"{added.fmu}.{added.slot}"
+    if role != "memory":
+        return role_label(system, slot, role)
+    return f"rate of {role_label(system, slot, _remembered(added.law))[:-1]}/s]"
+
+
+def at_once(law: Effect, p: Any, signals: dict[str, Array]) -> Array:
+    """What a law without states adds, shape (n,); signals by role and `time`, shape (n,) each."""
     s = Signals(*(signals.get(role) for role in Signals._fields))
     found = law.law(signals["time"], signals["value"], s, SimpleNamespace(), p, ARRAYS)
     return np.asarray(found.value - signals["value"], dtype=float)
 
 
-def _replayed(law: Effect, p: Any, signals: dict[str, Array]) -> Array:
-    """Sample by sample, states by Euler's rule: the picture needs no more."""
+def replayed(law: Effect, p: Any, signals: dict[str, Array]) -> Array:
+    """The same for a law with states, by Euler's rule: the picture needs no more."""
     t, n = signals["time"], len(signals["time"])
     roles = [signals.get(role) for role in Signals._fields]
     found, x = np.empty(n), SimpleNamespace()

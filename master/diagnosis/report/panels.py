@@ -18,7 +18,7 @@ from .rivals import rivals
 SEALED = (
     "Measured and simulated on the sealed rows, which nothing was fitted to or selected by: all of them on "
     "the left, the stretch where the model was worst on the right; below each the residual, measured less "
-    "simulated."
+    "simulated. Several recordings follow each other in time."
 )
 RESIDUAL = (
     "Residual on the rows that are open: over time, its spectrum, what it correlates with (prewhitened; "

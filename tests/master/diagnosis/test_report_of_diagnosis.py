@@ -1,9 +1,14 @@
 from __future__ import annotations
 
-import numpy as np
+from types import SimpleNamespace
 
+import numpy as np
+import pytest
+
+from fmu_sources.effects.catalogue import effect
 from master.diagnosis.report.compared import worst_stretch
 from master.diagnosis.report.drawing import broken, thinned
+from master.diagnosis.report.learned_law import at_once, replayed
 from master.diagnosis.report.page import page
 from master.diagnosis.report.panels import Panel
 from master.diagnosis.report.tables import number, table
@@ -21,10 +26,12 @@ def test_a_thinned_line_keeps_its_peaks():
 
 
 def test_a_line_does_not_bridge_rows_that_are_missing():
-    t, values = broken(np.array([0.0, 0.1, 0.2, 0.7, 0.8]), np.arange(5.0))
+    t, values = broken(
+        np.array([0.0, 0.1, 0.2, 0.7, 0.8, 0.3]), np.arange(6.0)
+    )  # the last: another recording
 
-    assert np.flatnonzero(np.isnan(t)).tolist() == [3]
-    assert np.flatnonzero(np.isnan(values)).tolist() == [3]
+    assert np.flatnonzero(np.isnan(t)).tolist() == [3, 6]
+    assert np.flatnonzero(np.isnan(values)).tolist() == [3, 6]
 
 
 def test_the_worst_stretch_is_where_the_power_is():
@@ -36,6 +43,32 @@ def test_the_worst_stretch_is_where_the_power_is():
     assert rows.start <= 6_000
     assert rows.stop >= 6_300
     assert rows.stop - rows.start == 600
+
+
+def motion(velocity, t):
+    return {"time": t, "value": np.ones_like(t), "position": velocity * t, "velocity": velocity + 0.0 * t}
+
+
+def test_a_law_is_drawn_as_what_it_adds():
+    t = np.arange(500) * 1e-3
+    p = SimpleNamespace(level=3.0, smoothing=0.01)
+
+    added = at_once(effect("coulomb"), p, motion(0.02, t))
+    assert added == pytest.approx(3.0 * np.tanh(2.0) + 0.0 * t)
+    assert replayed(effect("coulomb"), p, motion(0.02, t)) == pytest.approx(added, abs=1e-12)
+
+
+def test_a_law_with_memory_is_drawn_along_each_recording():
+    t = np.arange(500) * 1e-3
+    p = SimpleNamespace(stiffness=1e3, forward=2.0, backward=2.0)
+    twice = {name: np.tile(values, 2) for name, values in motion(0.01, t).items()}
+
+    added = replayed(effect("presliding"), p, twice)
+
+    stuck = t < 0.15  # slides at F/k = 2 mm, after 0.2 s; its corner is rounded
+    assert added[:500][stuck] == pytest.approx(10.0 * t[stuck], rel=1e-3, abs=1e-9)
+    assert added[499] == pytest.approx(2.0, rel=0.01)
+    assert added[500:] == pytest.approx(added[:500])
 
 
 def error(rmse):
