@@ -15,6 +15,7 @@ from .sealed import SealedPart
 from .search import Ranked
 
 TRACED, PARTLY, UNDECLARED = "traced", "partly, with an undeclared remainder", "undeclared"
+UNNAMED = "a law without a name explains more"
 PARAMETERS, NOTHING, UNTOLD = "parameters only", "nothing missing", "cannot be told"
 
 
@@ -148,17 +149,16 @@ def _ceiling(part: PartResult) -> dict[str, float] | None:
 
 
 def _runners_up(part: PartResult) -> list[dict[str, Any]]:
-    if part.found is None:
-        return []
+    """Effects that were fitted and lost; where the answer has no name, the best of each round too."""
     rows = []
-    for i, step in enumerate(part.found.rounds, start=1):
+    for i, step in enumerate(() if part.found is None else part.found.rounds, start=1):
         winner = step.family[0] if step.family else None
         members = [r.name for r in step.family]
         for r in step.ranked:
-            if r is not winner:
-                rows.append(
-                    {"round": i, "effect": r.name, "gain": r.gain.mean, "why": _why(r, winner, members)}
-                )
+            if r is winner and part.is_named:
+                continue
+            why = UNNAMED if r is winner else _why(r, winner, members)
+            rows.append({"round": i, "effect": r.name, "gain": r.gain.mean, "why": why})
     return rows
 
 

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from ..parts import CutSystem
 from ..sealed import SealedPart
@@ -36,6 +37,7 @@ def compared(system: CutSystem, own: SealedPart) -> Figure:
         axes[2 * i, 1].set_title("where it was worst", loc="left", fontsize="medium")
     for ax in axes[-1]:
         ax.set_xlabel("time [s]")
+        ax.xaxis.set_major_locator(MaxNLocator(5))
     figure.align_ylabels(axes[:, 0])
     legend(figure, axes[0, 0])
     return figure

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 from scipy.signal import welch
 
 from ..evidence import worst_output
@@ -105,6 +106,7 @@ def _maps(figure: Any, part: PartResult, left: dict[str, Array], slot: str, unit
         )
         ax.set_title(f"{slot}, {name}", loc="left", fontsize="medium")
         ax.set_xlabel(role_label(study.system, slot, first))
+        ax.xaxis.set_major_locator(MaxNLocator(5))
         if name == BEFORE:
             ax.set_ylabel(role_label(study.system, slot, second))
     figure.colorbar(points, ax=axes, label=f"residual [{unit}]", extend="both")
