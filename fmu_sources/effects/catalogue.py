@@ -10,10 +10,10 @@ from pathlib import Path
 
 from ..model import Slot
 from .effect import Effect
-from .learned import AXES, learned
+from .learned import FIRST, SECOND, learned
 from .roles import fits
 
-_LEARNED = re.compile(f"learned_({'|'.join(AXES)})_({'|'.join(AXES)})")
+_LEARNED = re.compile(f"learned_({'|'.join(FIRST)})_({'|'.join(SECOND)})")
 
 
 @cache

@@ -52,8 +52,8 @@ class Bench:
         self.segments = [s for r in recordings.values() for s in _segments(r, windows)]
         self.starts: Bounds = {k: v for k, v in case.starts.items() if k.partition(".")[0] in part.fmus}
         self.raw = {n: self._measured(r) for n, r in recordings.items()}
-        self.measured = self._joined({n: self._compared(v) for n, v in self.raw.items()})
-        self.lengths = {n: len(self._compared(v[:, :1])) for n, v in self.raw.items()}
+        self.measured = self._joined({n: self.compared(v) for n, v in self.raw.items()})
+        self.lengths = {n: len(self.compared(v[:, :1])) for n, v in self.raw.items()}
         self.in_use = self._in_use()
         self.fitted = set(recordings)
 
@@ -69,12 +69,17 @@ class Bench:
 
     def predict(self, player: Player, values: Values, *, everything: bool = True) -> Array:
         """Replay all, or what a fit sees; shape (rows, outputs), NaN where it failed or was left out."""
+        found = self.replayed(player, values, everything=everything)
+        return self._joined({n: self.compared(v) for n, v in found.items()})
+
+    def replayed(self, player: Player, values: Values, *, everything: bool = True) -> dict[str, Array]:
+        """Outputs at all samples by recording, shape (samples, outputs), before cutting and decimation."""
         places = [player.names.index(name) for name in self.outputs]
         found = {n: np.full(v.shape, np.nan) for n, v in self.raw.items()}
         for s in self.segments if everything else self._fitted_segments():
             rows = self._replay(player, values, s, places)
             found[s.recording][s.begin : s.end] = rows[: s.end - s.begin]
-        return self._joined({n: self._compared(v) for n, v in found.items()})
+        return found
 
     def starts_of(self, player: Player) -> list[str]:
         """Start values that a fit can find: it sees one recording, without windows."""
@@ -148,7 +153,8 @@ class Bench:
     def _measured(self, r: Recording) -> Array:
         return np.column_stack([r[self.part.compared[name]] for name in self.outputs])
 
-    def _compared(self, values: Array) -> Array:
+    def compared(self, values: Array) -> Array:
+        """Cut and decimate what stands at all samples, shape (samples, n)."""
         cut, every = self.options.cut, self.options.decimate
         values = values[cut : len(values) - cut] if cut else values
         if every == 1:

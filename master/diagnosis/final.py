@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from .fitting import Fit, Mask
+from .learning import relearned
 from .part_result import PartResult
 from .study import Extended, Study
 
@@ -25,7 +26,10 @@ def refitted(result: PartResult) -> PartResult:
         return result
     study.progress(f"{study.bench.part.name}: last fit")
     base = _again(study, Extended(), result.base)
-    fit = _again(study, result.chosen, result.fit) if result.has_effect else base
+    if result.learned is not None and result.learned.extended == result.chosen:
+        fit = relearned(study, result.learned, result.fit)
+    else:
+        fit = _again(study, result.chosen, result.fit) if result.has_effect else base
     return replace(result, base=base, fit=fit)
 
 

@@ -1,9 +1,11 @@
 """
-A law without a name: splines over two signals of a slot, for what no listed effect explains.
+A law without a name: what no listed effect explains, learned in one of the slots.
 
-Each coefficient is a small amplitude: the responses of the outputs to all of them give, by ridge regression
-on the rows that are fitted on, what such a law would explain on the held-out blocks. The best pair of
-signals is then fitted as a model of its own.
+All laws that the slots can have are regressed on the residual beside what is fitted already, with a penalty
+on their roughness. Those that predict the held-out blocks best become models of their own, and are fitted by
+steps of Gauss-Newton over true replays.
+
+Source: Eilers, Marx, Statistical Science 11 (1996) 89 (penalised splines).
 """
 
 from __future__ import annotations
@@ -13,29 +15,35 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fmu_sources.effects.effect import Place
-from fmu_sources.effects.learned import COEFFICIENTS
-from fmu_sources.effects.roles import place, roles
+from fmu_sources.effects.learned import CENTRES, N_SPLINES, axes
 
-from .fitting import Fit, Parameter, bounded
-from .ranking import Gain, gain, powers
+from .fitting import Fit, bounded
+from .injection import Injection
+from .law_fit import Descent, Promise, prior_of, roughness, sensitivities, solved
+from .laws import Law, laws
+from .ranking import SMALLEST_GAIN, Gain, powers
 from .study import Extended, Study
 from .tables import Array
-from .variants import Added, fixed_values, parameters
+from .variants import Added, parameters
 
-MECHANICAL = (("position", "velocity"), ("velocity", "memory"), ("position", "time"))
-SIGNAL = (("value", "memory"), ("value", "time"))
-SPREAD, RESPONSE = 0.3, 1e-3
-EVALUATIONS = 4
+PENALTIES = (1e-4, 1e-2, 1.0, 100.0)
+LOOSER, BETTER = 1e-2, 0.01
+N_FITTED, NEAR = 3, 0.2
 
 
 @dataclass(frozen=True)
 class Learned:
-    """A learned law in a slot: the fit and its gain over the model without it."""
+    """A learned law in a slot: the fit, its gain over the model without it, how many laws were tried."""
 
     extended: Extended
     gain: Gain
-    shape: str
+    promise: Promise
+    n_tried: int
+
+    @property
+    def shape(self) -> str:
+        """The law in words."""
+        return describe(self.extended.added[-1], self.fit)
 
     @property
     def fit(self) -> Fit:
@@ -43,93 +51,129 @@ class Learned:
         return self.gain.fit
 
 
-def options(study: Study, slots: Sequence[str]) -> list[Added]:
-    """Learned laws that fit slots (`fmu.slot`)."""
-    found = []
-    for key in slots:
-        fmu, _, name = key.partition(".")
-        slot = study.system.slots(fmu)[name]
-        pairs = MECHANICAL if place(slot) is Place.MECHANICAL else SIGNAL
-        has = {*roles(slot), "value", "memory", "time"}
-        found += [Added(fmu, name, f"learned_{a}_{b}") for a, b in pairs if {a, b} <= has]
-    return found
-
-
 def learn(study: Study, chosen: Extended, found: Fit, slots: Sequence[str]) -> Learned | None:
-    """Fit the learned law that explains most beside the effects chosen; None if there is no place for one."""
-    tried = options(study, slots)
-    if not tried:
+    """Fit the learned law that explains most beside the effects chosen; None if none promises anything."""
+    groups = laws(study, slots)
+    if not groups:
         return None
-    study.pool.build([(*chosen.added, a) for a in tried], study.progress)
-    scored = []
-    for added in tried:
-        study.progress(f"{study.bench.part.name}: {added} learned")
-        extended = _extended(study, chosen, found, added)
-        score, guess = _linear(study, chosen, extended, found)
-        scored.append((score, extended, guess))
-    _, extended, guess = min(scored, key=lambda s: s[0])
-    fitted = study.fitted(extended, [guess], EVALUATIONS)
-    before, after = (
-        powers(f.predicted - study.measured, study.held_out, study.size) for f in (found, fitted)
-    )
-    return Learned(extended, gain(fitted, before, after), describe(extended.added[-1], fitted))
+    study.progress(f"{study.bench.part.name}: {len(groups)} laws without a name tried")
+    promising = _promising(study, chosen, found, groups)
+    study.pool.build([(*chosen.added, p.law.added) for p in promising], study.progress)
+    fitted = [_fitted(study, chosen, found, p, len(groups)) for p in promising]
+    return max(fitted, key=lambda f: f.gain.mean, default=None)
 
 
-def _extended(study: Study, chosen: Extended, found: Fit, added: Added) -> Extended:
-    sizes = study.sizes(f"{added.fmu}.{added.slot}")
+def relearned(study: Study, law: Learned, found: Fit) -> Fit:
+    """Fit a law once more, on the rows of another study."""
+    return Descent(study, law.extended, law.promise).fit(found)
+
+
+def _fitted(study: Study, chosen: Extended, found: Fit, promise: Promise, n_tried: int) -> Learned:
+    """Fit one law, and let it be rougher for as long as that pays on the held-out blocks."""
+    extended = _extended(study, chosen, found, promise.law)
+    best: Learned | None = None
+    while True:
+        fitted = Descent(study, extended, promise).fit(found if best is None else best.fit)
+        own = Learned(extended, study.gain(found, fitted), promise, n_tried)
+        if best is not None and own.gain.mean < best.gain.mean + BETTER:
+            return best
+        best = own
+        if promise.penalty < PENALTIES[0]:
+            return best
+        promise = replace(promise, penalty=LOOSER * promise.penalty)
+
+
+def _promising(study: Study, chosen: Extended, found: Fit, groups: Sequence[Sequence[Law]]) -> list[Promise]:
+    """The laws that predict the held-out blocks best by one linear step, each with its best penalty."""
+    values = dict(chosen.fixed) | dict(found.values)
+    regression = _Regression(study, chosen, found)
+    injections: dict[str, Injection] = {}
+    best = []
+    for group in groups:
+        promises: list[Promise] = []
+        for law in group:
+            slot = f"{law.added.fmu}.{law.added.slot}"
+            if slot not in injections:
+                base = {p.name: values[p.name] for p in study.base}
+                injections[slot] = Injection(study, slot, base)
+            at = injections[slot]
+            if at.is_linear:
+                columns = at.answer(law.functions(study, study.signals[slot]))
+                promises += [Promise(law, p, g, at) for p, g in regression.gains(law, columns)]
+        if promises:
+            best.append(max(promises, key=lambda p: p.gain))
+    best = sorted((p for p in best if p.gain > SMALLEST_GAIN), key=lambda p: -p.gain)
+    return [p for p in best[:N_FITTED] if p.gain > (1.0 - NEAR) * best[0].gain or p is best[0]]
+
+
+class _Regression:
+    """The residual of a fit regressed on a law's answers beside the sensitivities of what is fitted."""
+
+    def __init__(self, study: Study, chosen: Extended, found: Fit) -> None:
+        self.study = study
+        self.left = bounded((study.measured - found.predicted) / study.size)
+        self.before = powers(found.predicted - study.measured, study.held_out, study.size)
+        self.own = sensitivities(study, chosen, found)
+        self.prior = prior_of(study, chosen)
+        self.starts = np.array(
+            [p.start - found.values[p.name] for p in (*study.base, *chosen.parameters)]
+        ) / np.array([p.scale for p in (*study.base, *chosen.parameters)])
+
+    def gains(self, law: Law, columns: Array) -> list[tuple[float, float]]:
+        """Penalty and mean gain on the held-out blocks."""
+        matrix = np.concatenate([self.own, columns], axis=2)
+        found = []
+        for penalty in PENALTIES:
+            below = roughness(law, self.own.shape[2], columns[self.study.fit_rows], penalty, self.prior)
+            target = np.concatenate([self.starts, np.zeros(len(law.names))])
+            step = solved(matrix[self.study.fit_rows], self.left[self.study.fit_rows], below, target)
+            rest = (self.left - matrix @ step) * self.study.size
+            power = powers(rest, self.study.held_out, self.study.size)
+            found.append((penalty, float(np.mean(np.log(self.before / power)))))
+        return found
+
+
+def _extended(study: Study, chosen: Extended, found: Fit, law: Law) -> Extended:
+    sizes = study.sizes(f"{law.added.fmu}.{law.added.slot}")
     own = tuple(
-        replace(p, start=0.0, low=-np.inf, high=np.inf, spread=SPREAD * sizes.value)
-        for p in parameters(added, sizes)
+        replace(p, start=0.0, low=-np.inf, high=np.inf)
+        for p in parameters(law.added, sizes)
+        if p.name in law.names
     )
     return Extended(
-        (*chosen.added, added),
-        dict(chosen.fixed) | fixed_values(added, sizes, {}),
-        (*chosen.started_at(found.values).parameters, *own),
+        (*chosen.added, law.added),
+        dict(chosen.fixed) | dict(law.fixed),
+        (*chosen.parameters, *own),
     )
-
-
-def _linear(study: Study, chosen: Extended, extended: Extended, found: Fit) -> tuple[float, dict[str, float]]:
-    """Held-out power with the best coefficients of one linear step, and these."""
-    values = dict(extended.fixed) | dict(found.values)
-    values |= {p.name: 0.0 for p in extended.parameters if p.name not in found.values}
-    free: list[Parameter] = [*study.base, *extended.parameters]
-    own = {p.name for p in extended.parameters[len(chosen.parameters) :]}
-    columns, spreads = [], []
-    for p in free:
-        step = RESPONSE * p.spread if p.name in own and p.spread else 1e-4 * p.scale
-        moved = study.simulate(extended.added, values | {p.name: values[p.name] + step}, everything=True)
-        columns.append(bounded((moved - found.predicted) / study.size) / step)
-        spreads.append(p.spread or np.inf)
-    matrix, target = np.stack(columns, axis=-1), (study.measured - found.predicted) / study.size
-    rows = study.fit_rows
-    scale = np.maximum(np.sqrt(np.mean(matrix[rows] ** 2, axis=(0, 1))), 1e-30)
-    a = (matrix[rows] / scale).reshape(-1, len(free))
-    ridge = np.diag(1.0 / (np.array(spreads) * scale))
-    b = np.concatenate([target[rows].ravel(), np.zeros(len(free))])
-    solution = np.linalg.lstsq(np.vstack([a, ridge]), b, rcond=1e-10)[0] / scale
-    left = bounded(target - matrix @ solution)
-    score = float(np.mean([np.mean(left[block] ** 2) for block in study.held_out]))
-    guess = {p.name: values[p.name] + s for p, s in zip(free, solution.tolist(), strict=True)}
-    return score, guess
 
 
 def describe(added: Added, found: Fit) -> str:
     """Say which signals, odd or even, memory or not."""
-    first, second = added.effect.removeprefix("learned_").split("_")
-    c = coefficients(added, found)
-    odd = 0.5 * (c - c[::-1, ::-1])
+    first, second = axes(added.effect)
+    c, d = halves(added, found)
+    place = f"{added.fmu}.{added.slot}"
+    if first == "plays":
+        return f"a law with memory of the position in {place}"
+    signals = first if np.sum(d**2) < 0.01 * np.sum(c**2) else f"{first} and {second}"
+    signals = signals.replace("memory", "rate of the value").replace("sign", "direction of motion")
+    if first in ("time", "cycle"):
+        kind = "that swings with a period" if first == "cycle" else "that changes with time"
+        return f"a law {kind}, of {signals}, in {place}"
+    odd = 0.5 * (c - c[::-1])
     share = float(np.sum(odd**2) / max(np.sum(c**2), 1e-300))
     kind = "odd" if share > 0.8 else "even" if share < 0.2 else "neither odd nor even"
-    spread = [float(np.sum((c - c.mean(axis=axis, keepdims=True)) ** 2)) for axis in (0, 1)]
-    weak = first if spread[0] < 0.1 * spread[1] else second if spread[1] < 0.1 * spread[0] else None
-    signals = f"{first} and {second}" if weak is None else (second if weak == first else first)
-    memory = "with memory" if "memory" in signals else "without memory"
-    changes = ", changing with time" if "time" in signals else ""
-    return f"a smooth law of {signals} in {added.fmu}.{added.slot}, {kind}, {memory}{changes}"
+    return f"a smooth law of {signals} in {place}, {kind}, without memory"
+
+
+def halves(added: Added, found: Fit) -> tuple[Array, Array]:
+    """Coefficients c_i and d_i."""
+    begin = f"{added.fmu}.{added.prefix}_"
+    own = {k.removeprefix(begin): v for k, v in found.values.items() if k.startswith(begin)}
+    c, d = ([v for k, v in own.items() if k.startswith(letter + "_")] for letter in "cd")
+    return np.array(c), np.array(d)
 
 
 def coefficients(added: Added, found: Fit) -> Array:
-    """Coefficients of the splines, shape (7, 7)."""
-    values = [found.values[f"{added.fmu}.{added.prefix}_{name}"] for name in COEFFICIENTS]
-    n = round(np.sqrt(len(values)))
-    return np.array(values).reshape(n, n)
+    """The law over its two axes, each from -1 to 1 of its half range, shape (functions, 21)."""
+    c, d = halves(added, found)
+    return np.asarray(c[:, None] + d[:, None] * np.clip(np.array(CENTRES), -1.0, 1.0)[None, :N_SPLINES])

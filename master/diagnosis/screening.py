@@ -8,7 +8,7 @@ of the slot's value, and those that are zero without the effect. The others are 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,25 +16,33 @@ import numpy as np
 from fmu_sources.effects.common import NEVER
 
 from .fitting import STEP, Fit, Parameter, bounded
+from .steps import likely_steps
 from .study import Extended, Study
 from .tables import Array
 from .variants import Added, fixed_values, parameters
 
 FACTORS = (0.1, 0.3, 1.0, 3.0)
+FACTORS_OF_TIME = (0.1, 0.3, 0.6, 0.9, 1.2, 1.6, 2.2, 3.0)  # a delay of held values has several minima
 RESPONSE_STEP = 1e-4
 PROBE = 0.02
 N_STARTS = 3
 RATE = "{value}/{position}"
-NOT_LINEAR = {"quantisation", "force_saturation", "rate_saturation"}
+NOT_LINEAR = {"force_saturation", "rate_saturation"}
+SAME = 0.999
 
 
 @dataclass(frozen=True)
 class Screened:
-    """An effect with first guesses; `gain` is the share of the fitted residual power that it promises."""
+    """
+    An effect with first guesses; `gain` is the share of the fitted residual power that it promises.
+
+    `known` are the sensitivities to what is fitted already, before the effect, for the first steps of a fit.
+    """
 
     extended: Extended
     starts: tuple[Mapping[str, float], ...]
     gain: float
+    known: Mapping[str, Array]
 
 
 class Tangent:
@@ -133,16 +141,39 @@ def _best(study: Study, tangent: Tangent, added: Added) -> Screened | None:
         amplitudes = [p for p in own if _is_amplitude(added, p.name)]
         shapes = [p for p in own if p not in amplitudes]
         rates = [p for p in amplitudes if added.law.states and _unit(added, p.name) == RATE]
-        for factor in FACTORS if shapes or rates else (1.0,):
-            at = {p.name: min(max(factor * p.start, p.low), p.high) for p in (*shapes, *rates)}
+        tried: Iterable[Mapping[str, float]] = (
+            {p.name: min(max(factor * p.start, p.low), p.high) for p in (*shapes, *rates)}
+            for factor in _factors(added, [*shapes, *rates])
+        )
+        if added.effect == "quantisation":
+            tried = [{own[0].name: step} for step in _steps(study, tangent, added)]
+        for at in tried:
             gain, sized = _sized(tangent, extended, added, at)
-            found.append((gain, extended, at | sized))
+            found.append((gain, extended, {**at, **sized}))
     found = sorted((f for f in found if np.isfinite(f[0])), key=lambda f: -f[0])
     if not found:
         return None
     gain, extended, _ = found[0]
     starts = tuple(guess for _, e, guess in found if e == extended)[:N_STARTS]
-    return Screened(extended, starts, gain)
+    known = dict(zip([p.name for p in tangent.fitted], tangent.columns, strict=True))
+    return Screened(extended, starts, gain, known)
+
+
+def _factors(added: Added, shapes: Sequence[Parameter]) -> tuple[float, ...]:
+    """Sizes to try of the shapes, over their scale."""
+    if not shapes:
+        return (1.0,)
+    return FACTORS_OF_TIME if {_unit(added, p.name) for p in shapes} == {"s"} else FACTORS
+
+
+def _steps(study: Study, tangent: Tangent, added: Added) -> list[float]:
+    """Likely steps of a converter, where an output is the slot's value."""
+    value = study.bench.compared_rows(study.signals[f"{added.fmu}.{added.slot}"]["value"])[study.fit_rows]
+    for i in range(study.measured.shape[1]):
+        predicted = tangent.found.predicted[study.fit_rows, i]
+        if np.ptp(value) > 0.0 and np.corrcoef(predicted, value)[0, 1] > SAME:
+            return likely_steps(predicted, study.measured[study.fit_rows, i] - predicted)
+    return []
 
 
 def _sized(
@@ -151,7 +182,7 @@ def _sized(
     """Gain and amplitudes at one shape, probed with small amplitudes."""
     own = [p for p in extended.parameters if p.name.startswith(f"{added.fmu}.{added.prefix}_")]
     amplitudes = [p for p in own if _is_amplitude(added, p.name)]
-    if not amplitudes:
+    if not amplitudes or added.effect == "quantisation":
         return tangent.gain([tangent.response(extended, at)], [0.0])[0], {}
     probe = 1.0 if added.effect in NOT_LINEAR else PROBE
     return _probed(tangent, extended, amplitudes, at, probe)
@@ -189,6 +220,6 @@ def _unit(added: Added, name: str) -> str:
 
 def _is_amplitude(added: Added, name: str) -> bool:
     unit, absent = _unit(added, name), added.law.absent.get(_short(added, name))
-    if absent == NEVER or unit == "{position}":
+    if absent == NEVER or unit in ("{position}", "s"):
         return False
     return absent == 0.0 or "{value}" in unit

@@ -14,7 +14,7 @@ import numpy as np
 from scipy import stats
 
 from .fitting import Fit
-from .ranking import AT_MOST, SMALLEST_GAIN, Gain, gain, powers
+from .ranking import AT_MOST, SMALLEST_GAIN, Gain, powers
 from .screening import Screened, screened
 from .study import Extended, Study
 from .tables import Array
@@ -24,7 +24,7 @@ LONGEST_LIST, FEWEST, SMALLEST_PROMISE = 6, 1, 2e-3
 SAME_PREDICTION = 0.1
 ALPHA = 0.05
 ENOUGH = 5e-3
-MOST_BRANCHES = 3
+MOST_BRANCHES = 2
 NEAR = 0.18  # 20 % of what is left
 
 
@@ -119,12 +119,11 @@ def _step(study: Study, chosen: Extended, found: Fit, wanted: Sequence[Added]) -
 
 def _looked_ahead(study: Study, base: Fit, step: Round, wanted: Sequence[Added]) -> tuple[Round, Round]:
     """Let the next effect decide between the members of a family; the round after the winner beside it."""
-    power = _power(study, base)
     branches = []
     for member in step.family[:MOST_BRANCHES]:
         after = _step(study, member.extended.started_at(member.gain.fit.values), member.gain.fit, wanted)
         last = after.family[0].gain.fit if after.family else member.gain.fit
-        branches.append((gain(last, power, _power(study, last)), member, after))
+        branches.append((study.gain(base, last), member, after))
     branches.sort(key=lambda b: -b[0].mean)
     best = branches[0]
     family = [member for total, member, _ in branches if total is best[0] or not is_worse(total, best[0])]
@@ -146,10 +145,7 @@ def _pruned(study: Study, chosen: Extended, found: Fit) -> tuple[Extended, Fit]:
         )
         study.pool.build([less.added], study.progress)
         without = study.fitted(less, [found.values])
-        power, own = (
-            powers(f.predicted - study.measured, study.held_out, study.size) for f in (without, found)
-        )
-        if not gain(found, power, own).is_accepted:
+        if not study.gain(without, found).is_accepted:
             return _pruned(study, less.started_at(without.values), without)
     return chosen, found
 
@@ -161,12 +157,11 @@ def _shortlist(tried: Sequence[Screened]) -> list[Screened]:
 
 
 def _round(study: Study, before: Fit, promising: Sequence[Screened], n_tried: int) -> Round:
-    power = _power(study, before)
     ranked = []
     for s in promising:
         study.progress(f"{study.bench.part.name}: fit of {s.extended.name}")
-        found = study.fitted(s.extended, s.starts)
-        ranked.append(Ranked(s.extended, gain(found, power, _power(study, found))))
+        found = study.fitted(s.extended, s.starts, known=s.known)
+        ranked.append(Ranked(s.extended, study.gain(before, found)))
     ranked.sort(key=lambda r: -r.gain.mean)
     accepted = [r for r in ranked if is_accepted(r.gain, n_tried)]
     return Round(before, tuple(ranked), tuple(_family(study, before, accepted)))
@@ -174,10 +169,8 @@ def _round(study: Study, before: Fit, promising: Sequence[Screened], n_tried: in
 
 def is_accepted(found: Gain, n_tried: int) -> bool:
     """Whether a gain is worth it and not the luckiest of many tries (Bonferroni over the tries)."""
-    if not found.is_accepted:
-        return False
     n = len(found.by_block)
-    return bool(stats.t.sf(found.mean / found.error, n - 1) * n_tried < ALPHA)
+    return found.is_accepted and bool(stats.t.sf(found.z, n - 1) * n_tried < ALPHA)
 
 
 def _family(study: Study, before: Fit, accepted: Sequence[Ranked]) -> list[Ranked]:

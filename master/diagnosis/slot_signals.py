@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from types import SimpleNamespace
 from typing import Any
 
@@ -45,17 +45,24 @@ ARRAYS: Any = SimpleNamespace(
 
 
 def slot_signals(
-    system: CutSystem, bench: Bench, player: Player, values: Values
+    system: CutSystem, bench: Bench, player: Player, values: Values, only: Sequence[str] | None = None
 ) -> dict[str, dict[str, Array]]:
     """
-    Evaluate the slots of all models of a part along a replay of the models without effects.
+    Evaluate the slots of the models of a part along a replay, whatever effects the player has in them.
+
+    Args:
+        system: The system.
+        bench: What drives the part.
+        player: Its FMUs.
+        values: Their parameters.
+        only: FMUs to look into; all of the part if None.
 
     Returns:
         `fmu.slot` to role (value, position, velocity, load) to a signal over all samples.
     """
     replayed = bench.record(player, values)
     found: dict[str, dict[str, Array]] = {}
-    for fmu in bench.part.fmus:
+    for fmu in bench.part.fmus if only is None else only:
         model = system.model(fmu)
         if model is None:  # a foreign file has no slots, but what it was driven with is known
             driven = bench.part.inputs[fmu].items()

@@ -15,6 +15,7 @@ from .bench import Bench
 from .case import Case
 from .fitting import Candidate, Fit, Parameter, fit
 from .parts import CutSystem, Values
+from .ranking import Gain, over
 from .slot_signals import Signals, sizes, slot_signals
 from .tables import Array
 from .variants import Added, Pool
@@ -68,8 +69,13 @@ class Study:
         player = self.pool.player(added)
         return self.bench.predict(player, merged(self.system.values, values), everything=everything)
 
-    def candidate(self, extended: Extended, starts: Sequence[Mapping[str, float]] = ({},)) -> Candidate:
-        """Base and effects as one model to fit."""
+    def candidate(
+        self,
+        extended: Extended,
+        starts: Sequence[Mapping[str, float]] = ({},),
+        known: Mapping[str, Array] | None = None,
+    ) -> Candidate:
+        """Base and effects as one model to fit; `known` sensitivities see `Candidate`."""
         parameters = (*self.base, *extended.parameters)
         names = [p.name for p in parameters]
 
@@ -77,7 +83,7 @@ class Study:
             values = dict(extended.fixed) | dict(zip(names, theta.tolist(), strict=True))
             return self.simulate(extended.added, values)
 
-        return Candidate(extended.name, parameters, simulate, tuple(starts))
+        return Candidate(extended.name, parameters, simulate, tuple(starts), known or {})
 
     def fitted(
         self,
@@ -85,21 +91,23 @@ class Study:
         starts: Sequence[Mapping[str, float]] = ({},),
         evaluations: int = 25,
         tolerance: float = 1e-5,
+        known: Mapping[str, Array] | None = None,
     ) -> Fit:
         """Fit base and effects together; of several first guesses the best after a few steps goes on."""
         extended, starts = self._with_start_values(extended, starts)
         if len(starts) > 1:
-            begun = [self._fit(extended, [guess], FEW_EVALUATIONS, tolerance) for guess in starts]
+            begun = [
+                self._fit(self.candidate(extended, [guess], known), FEW_EVALUATIONS, tolerance)
+                for guess in starts
+            ]
             starts = [min(begun, key=lambda f: f.cost).values]
-        found = self._fit(extended, starts, evaluations, tolerance)
+        found = self._fit(self.candidate(extended, starts, known), evaluations, tolerance)
         values = dict(extended.fixed) | dict(found.values)
         return replace(found, predicted=self.simulate(extended.added, values, everything=True))
 
-    def _fit(
-        self, extended: Extended, starts: Sequence[Mapping[str, float]], evaluations: int, tolerance: float
-    ) -> Fit:
+    def _fit(self, candidate: Candidate, evaluations: int, tolerance: float) -> Fit:
         return fit(
-            self.candidate(extended, starts),
+            candidate,
             self.measured,
             self.fit_rows,
             size=self.size,
@@ -130,6 +138,15 @@ class Study:
             if key not in taken
         )
         return replace(extended, parameters=(*extended.parameters, *own)), better
+
+    def gain(self, before: Fit, after: Fit) -> Gain:
+        """Gain of one fit over another on the held-out blocks."""
+        return over(before, after, self.measured, self.held_out, self.size)
+
+    def look_into_slots(self, base: Fit) -> None:
+        """Note what stands in the slots along a replay of the base."""
+        values = merged(self.system.values, base.values)
+        self.signals = slot_signals(self.system, self.bench, self.pool.player(()), values)
 
     def sizes(self, slot: str) -> Rms:
         """Sizes of a slot's signals; a force that is zero is measured by the largest of its FMU."""
@@ -163,10 +180,7 @@ def start(study: Study) -> Fit:
     left = np.sqrt(np.nanmean((first.predicted - study.measured)[rows] ** 2, axis=0))
     study.size = np.maximum(left, 1e-9 * study.size)
     study.base = tuple(replace(p, scale=abs(first.values[p.name]) or p.scale) for p in study.base)
-    best = study.fitted(Extended(), [first.values], 30, 1e-9)
-    values = merged(study.system.values, best.values)
-    study.signals = slot_signals(study.system, study.bench, study.pool.player(()), values)
-    return best
+    return study.fitted(Extended(), [first.values], 30, 1e-9)
 
 
 def base_parameters(case: Case, system: CutSystem, fmus: Sequence[str]) -> tuple[Parameter, ...]:

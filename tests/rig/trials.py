@@ -1,18 +1,23 @@
 """
 Trials of the diagnosis on the virtual rig: many truths and seeds, one line of JSON each.
 
-    python tests/rig/trials.py OUT.jsonl FIRST_SEED N_SEEDS [TRUTH ...]
+    python tests/rig/trials.py OUT.jsonl FIRST_SEED N_SEEDS [--workers N] [TRUTH ...]
     python tests/rig/trials.py table OUT.jsonl ...
 
-A truth is `none`, `none:colour`, `none:clock`, `none:plant`, an effect of the rig, or two joined by `+`.
+A truth is `none`, `none:colour`, `none:clock`, `none:plant`, an effect of the rig, or two joined by `+`. All
+truths come with one seed, then all with the next; those in the file already are left out. Run it with
+OPENBLAS_NUM_THREADS=1.
 """
 
 from __future__ import annotations
 
+import argparse
 import json
 import sys
 import tempfile
 import time
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
@@ -30,13 +35,21 @@ CASE = Path(__file__).parents[2] / "configs" / "measured" / "docking_rig.yaml"
 SIZES = {
     **{"slack": 3e-3, "cubic": 2e8, "quadratic_stiffness": 5e5, "backlash": 5e-5, "bouc_wen": 5.0},
     **{"end_stop": 4e3, "coulomb": 4.0, "stribeck": 5.0, "dahl": 4.0, "presliding": 4.0},
-    **{"quadratic_damping": 3e3, "offset": 1.0, "drift": 0.2, "quantisation": 2.0, "mount": 0.5},
-    **{"gain": 0.02, "lag": 2e-3, "delay": 2e-3, "inertia": 3.0},
+    **{"quadratic_damping": 3e3, "offset": 1.0, "drift": 0.2, "quantisation": 2.0, "mount": 1.0},
+    **{"gain": 0.02, "lag": 2e-3, "delay": 2e-3, "inertia": 6.0},
     **{"rate_limit": 0.05, "simulator_delay": 2.0, "spacecraft_offset": 5.0},
     **{"command_quantisation": 2e-4, "correction_saturation": 60.0},
     **{"hertz": 2e5, "position_friction": 3.0, "thermal": 0.05, "preisach": 3.0},
     **{"asymmetric_slack": 3e-3, "varying_delay": 4e-3},
 }
+
+
+def noise_of(recorder: Recorder) -> dict[str, float]:
+    """Standard deviation of what is compared, by output."""
+    names = ("force_sensor.f_mea", "motion_simulator.s_act", "motion_simulator.v_act")
+    return dict(zip(names, (recorder.sigma, recorder.sigma_s, recorder.sigma_v), strict=True))
+
+
 NAMES = {
     **{"cubic": "cubic_stiffness", "backlash": "clearance", "mount": "mount_resonance"},
     **{"gain": "gain_error", "lag": "extra_lag", "delay": "extra_delay", "inertia": "end_effector_inertia"},
@@ -84,7 +97,9 @@ def _judged(truth, seed, found, recorder) -> dict:
     name = part.study.bench.part.name
     own = sealed(found, files)[name]
     before, after = (np.mean(((v - own.measured) / part.study.size) ** 2) for v in (own.before, own.after))
-    floor = (recorder.sigma / part.study.size[0]) ** 2 if "force_sensor" in name else 0.0
+    noise = noise_of(recorder)
+    sized = zip(part.study.bench.outputs, part.study.size, strict=True)
+    floor = float(np.mean([(noise.get(name, 0.0) / size) ** 2 for name, size in sized]))
     return {
         "truth": truth,
         "seed": seed,
@@ -106,6 +121,8 @@ def expected(truth: str) -> list[str]:
 
 def outcome(row: dict) -> str:
     """One word for the table."""
+    if row["verdict"] == "error":
+        return "error"
     laws = [e.rpartition(":")[2] for e in row["effects"] if "learned_" not in e]
     if row["verdict"] in ("nothing missing", "parameters only"):
         return row["verdict"]
@@ -129,8 +146,8 @@ def table(rows: list[dict]) -> str:
             counts[outcome(r)] = counts.get(outcome(r), 0) + 1
         text = "; ".join(f"{k}: {n}" for k, n in sorted(counts.items(), key=lambda c: -c[1]))
         seeds = sorted(r["seed"] for r in own)
-        right = sum((r["subsystem"] or "") in _right(truth) for r in own)
-        shares = [r["share_of_ideal"] for r in own if r["effects"]]
+        right = sum((r.get("subsystem") or "") in _right(truth) for r in own)
+        shares = [r["share_of_ideal"] for r in own if r.get("effects")]
         share = f"{np.median(shares):.2f}" if shares else "-"
         place = "-" if truth.startswith("none") else f"{right}/{len(own)}"
         lines.append(f"| {truth} | {len(own)} ({seeds[0]}..{seeds[-1]}) | {text} | {place} | {share} |")
@@ -141,18 +158,42 @@ def _right(truth: str) -> set[str]:
     return {SUBSYSTEM[k] for k in truth.split("+") if k in SUBSYSTEM}
 
 
+def trial(truth: str, seed: int) -> dict:
+    """One trial in a folder of its own; an error is a result too."""
+    with tempfile.TemporaryDirectory() as folder:
+        try:
+            return one(truth, seed, Path(folder))
+        except Exception as error:
+            return {"truth": truth, "seed": seed, "verdict": "error", "error": repr(error)[:300]}
+
+
+def run(out: Path, first: int, count: int, truths: list[str], workers: int) -> None:
+    """Run what is not in the file yet."""
+    done = {(r["truth"], r["seed"]) for r in read([out])} if out.exists() else set()
+    wanted = [(t, s) for s in range(first, first + count) for t in truths if (t, s) not in done]
+    with ProcessPoolExecutor(workers, get_context("spawn")) as pool:
+        for future in as_completed([pool.submit(trial, *w) for w in wanted]):
+            with out.open("a") as file:
+                file.write(json.dumps(future.result()) + "\n")
+
+
+def read(paths: list[Path]) -> list[dict]:
+    """Rows of all files."""
+    return [json.loads(line) for path in paths for line in path.read_text().splitlines()]
+
+
 def main(arguments: list[str]) -> None:
     if arguments[0] == "table":
-        rows = [json.loads(line) for path in arguments[1:] for line in Path(path).read_text().splitlines()]
-        sys.stdout.write(table(rows) + "\n")
+        sys.stdout.write(table(read([Path(a) for a in arguments[1:]])) + "\n")
         return
-    out, first, count, truths = Path(arguments[0]), int(arguments[1]), int(arguments[2]), arguments[3:]
-    for seed in range(first, first + count):
-        for truth in truths or ["none", *SIZES]:
-            with tempfile.TemporaryDirectory() as folder:
-                row = one(truth, seed, Path(folder))
-            with out.open("a") as file:
-                file.write(json.dumps(row) + "\n")
+    parser = argparse.ArgumentParser()
+    parser.add_argument("out", type=Path)
+    parser.add_argument("first", type=int)
+    parser.add_argument("count", type=int)
+    parser.add_argument("truths", nargs="*", default=["none", *SIZES])
+    parser.add_argument("--workers", type=int, default=1)
+    given = parser.parse_intermixed_args(arguments)
+    run(given.out, given.first, given.count, given.truths, given.workers)
 
 
 if __name__ == "__main__":

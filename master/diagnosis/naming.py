@@ -1,0 +1,106 @@
+"""
+Names, or a law without a name?
+
+Laws without a name are always tried: alone, and beside the names where there are some. The names stand if no
+law does better alone and none explains much beside them; a law beside them is their remainder. A law that
+does better alone than all names takes their place: what it explains is of no listed kind.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from .evidence import ceiling_of, features_of, worst_output
+from .fitting import Fit
+from .learning import Learned, learn
+from .part_result import PartResult
+from .ranking import powers
+from .search import Found, is_accepted, is_worse
+from .study import Extended, Study
+from .tables import Array
+
+SMALL_REMAINDER, NAMED_SHARE = 0.05, 0.8
+
+
+@dataclass(frozen=True)
+class _Rivals:
+    """The search's names, a law alone and a law beside the names; None where there is none worth it."""
+
+    study: Study
+    found: Found
+    alone: Learned | None
+    beside: Learned | None
+
+    @property
+    def alone_wins(self) -> bool:
+        """
+        Whether the law alone takes the place of the names.
+
+        It predicts better than they do, and hardly worse than both together; or as well as several names in
+        one slot.
+        """
+        if self.alone is None:
+            return False
+        named = self.study.gain(self.found.base, self.found.fit)
+        if is_worse(named, self.alone.gain):
+            return self.alone_share > 1.0 - SMALL_REMAINDER or self.named_share < NAMED_SHARE
+        return _is_crowded(self.found) and not is_worse(self.alone.gain, named)
+
+    @property
+    def alone_share(self) -> float:
+        """Share of what names and law explain together that the law alone explains."""
+        return 1.0 if self.alone is None else self._share(self.alone.fit)
+
+    @property
+    def named_share(self) -> float:
+        """Share of what names and law explain together that the names explain."""
+        return self._share(self.found.fit)
+
+    def _share(self, fit: Fit) -> float:
+        if self.beside is None:
+            return 1.0
+        base, own, both = (float(self._power(f).mean()) for f in (self.found.base, fit, self.beside.fit))
+        return (base - own) / max(base - both, 1e-300)
+
+    def _power(self, fit: Fit) -> Array:
+        return powers(fit.predicted - self.study.measured, self.study.held_out, self.study.size)
+
+
+def named_or_learned(result: PartResult, found: Found, slots: Sequence[str]) -> PartResult:
+    """Keep the names, put a law without a name beside them, or in their place."""
+    study = result.study
+    if not found.extended.added:
+        law = _accepted(learn(study, Extended(), found.base, slots))
+        result = replace(result, found=found)
+        return result if law is None else _undeclared(result, law)
+    beside = _accepted(learn(study, found.extended, found.fit, slots))
+    alone = None
+    if beside is not None or _is_crowded(found):
+        alone = _accepted(learn(study, Extended(), found.base, slots))
+    rivals = _Rivals(study, found, alone, beside)
+    left = study.measured - found.fit.predicted
+    after = ceiling_of(study, left[:, worst_output(study)], features_of(study))
+    has_remainder = beside is not None and 1.0 - rivals.named_share > SMALL_REMAINDER
+    if has_remainder:
+        found = found.widened(study)
+    result = replace(result, found=found, chosen=found.extended, fit=found.fit, ceiling_after=after)
+    if alone is not None and rivals.alone_wins:
+        return _undeclared(result, alone)
+    if beside is None or not has_remainder:
+        return result
+    return replace(result, has_remainder=True, learned=beside, chosen=beside.extended, fit=beside.fit)
+
+
+def _is_crowded(found: Found) -> bool:
+    """Whether one slot holds several names: one law may be behind them."""
+    slots = [(a.fmu, a.slot) for a in found.extended.added]
+    return len(set(slots)) < len(slots)
+
+
+def _accepted(law: Learned | None) -> Learned | None:
+    return law if law is not None and is_accepted(law.gain, law.n_tried) else None
+
+
+def _undeclared(result: PartResult, law: Learned) -> PartResult:
+    return replace(result, learned=law, chosen=law.extended, fit=law.fit, is_named=False)
