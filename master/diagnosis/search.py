@@ -2,7 +2,9 @@
 Forward search: screen, fit the promising, rank on held-out blocks, keep the simplest that is not beaten.
 
 Of effects that cannot be told apart, one with more parameters is dropped if it predicts the same as one
-with fewer: it contains the other and is no rival. What then remains beside the best is its family.
+with fewer: it contains the other and is no rival. What then remains beside the best is its family. Lag, delay,
+carried mass and mount resonance of one signal differ in higher orders alone, where models are wrong too: they
+stay a family as long as they explain nearly as much.
 """
 
 from __future__ import annotations
@@ -26,6 +28,8 @@ ALPHA = 0.05
 ENOUGH = 5e-3
 MOST_BRANCHES = 2
 NEAR = 0.18  # 20 % of what is left
+LAG_LIKE = {"extra_lag", "extra_delay", "end_effector_inertia", "mount_resonance"}
+CONFUSED_SHARE = 0.8
 
 
 @dataclass(frozen=True)
@@ -178,13 +182,20 @@ def _family(study: Study, before: Fit, accepted: Sequence[Ranked]) -> list[Ranke
     if not accepted:
         return []
     best = accepted[0]
-    rivals = [r for r in accepted if r is best or not is_worse(r.gain, best.gain)]
+    rivals = [r for r in accepted if r is best or not is_worse(r.gain, best.gain) or _is_confused(r, best)]
     rivals.sort(key=lambda r: (r.n_parameters, -r.gain.mean))
     kept: list[Ranked] = []
     for r in rivals:
         if not any(k.n_parameters < r.n_parameters and _same(study, before, k, r) for k in kept):
             kept.append(r)
     return sorted(kept, key=lambda r: -r.gain.mean)
+
+
+def _is_confused(one: Ranked, best: Ranked) -> bool:
+    """Whether both are lag-like in one slot and explain nearly as much."""
+    a, b = one.extended.added[-1], best.extended.added[-1]
+    is_alike = (a.fmu, a.slot) == (b.fmu, b.slot) and {a.effect, b.effect} <= LAG_LIKE
+    return is_alike and one.gain.share > CONFUSED_SHARE * best.gain.share
 
 
 def _widened(study: Study, step: Round) -> Round:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from master.diagnosis.fitting import Fit
-from master.diagnosis.ranking import gain
+from master.diagnosis.ranking import gain, over
 from master.diagnosis.search import Ranked, _family, is_accepted, is_worse
 from master.diagnosis.study import Extended
 
@@ -39,6 +39,23 @@ def test_clear_gain_is_accepted_and_a_lucky_one_of_many_is_not():
     assert is_accepted(gains(0.2), 22)
     assert not is_accepted(gains(0.02, spread=0.03), 22)
     assert not is_accepted(gains(0.005, spread=1e-4), 22)
+
+
+def test_gain_in_few_blocks_counts_against_what_chance_makes():
+    """An effect of three times the noise in one block of twelve, and noise that was fitted."""
+    rng = np.random.default_rng(3)
+    noise = rng.standard_normal(N)
+    effect = np.where(T > 5.5, 3.0 * np.sin(9.0 * T), 0.0)
+    measured = (effect + noise)[:, None]
+
+    base = fitted(np.zeros(N))
+    true, lucky = (
+        over(base, fitted(p), measured, BLOCKS, np.ones(1)) for p in (effect, 0.1 * rng.standard_normal(N))
+    )
+
+    assert is_accepted(true, 22)
+    assert abs(true.mean / true.error) < 1.5  # blocks without the effect make the mean uncertain
+    assert not is_accepted(lucky, 1)
 
 
 def test_less_by_a_hair_is_not_worse():

@@ -1,0 +1,56 @@
+"""Names against a law without a name: predictions stand for the replays."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from master.diagnosis.fitting import Fit
+from master.diagnosis.naming import _Rivals
+from master.diagnosis.ranking import over
+from master.diagnosis.study import Extended
+from master.diagnosis.variants import Added
+
+N, BLOCKS = 2400, [slice(200 * i, 200 * (i + 1)) for i in range(12)]
+T = np.linspace(0.0, 6.0, N)
+NOISE = 0.5 * np.random.default_rng(1).standard_normal(N)
+FRICTION, SPRING = 3.0 * np.sign(np.cos(7.0 * T)), 2.0 * np.sin(7.0 * T) ** 3
+
+
+def fitted(predicted):
+    return Fit("x", {}, {}, predicted[:, None], 0.0, 0, ())
+
+
+def rivals(truth, named, alone, both, effects=("coulomb",)):
+    measured = (truth + NOISE)[:, None]
+    study = SimpleNamespace(measured=measured, held_out=BLOCKS, size=np.ones(1))
+    study.gain = lambda before, after: over(before, after, measured, BLOCKS, study.size)
+    base = fitted(np.zeros(N))
+    extended = Extended(tuple(Added("contact", "guide_force", e) for e in effects))
+    found = SimpleNamespace(base=base, fit=fitted(named), extended=extended)
+    laws = [SimpleNamespace(fit=fitted(p), gain=study.gain(base, fitted(p))) for p in (alone, both)]
+    return _Rivals(study, found, *laws)
+
+
+def test_law_that_explains_what_names_do_not_takes_their_place():
+    assert rivals(SPRING, 0.7 * SPRING, 0.99 * SPRING, 0.99 * SPRING).alone_wins
+
+
+def test_names_stay_where_the_law_explains_less():
+    assert not rivals(FRICTION, FRICTION, 0.8 * FRICTION, FRICTION).alone_wins
+
+
+def test_names_stay_beside_a_remainder_of_another_kind():
+    both = rivals(FRICTION + SPRING, FRICTION, SPRING, FRICTION + SPRING)
+
+    assert not both.alone_wins
+    assert both.named_share == pytest.approx(np.var(FRICTION) / np.var(FRICTION + SPRING), abs=0.1)
+
+
+def test_several_names_in_one_slot_give_way_to_a_law_that_is_as_good():
+    two = ("quadratic_damping", "stribeck")
+
+    assert rivals(SPRING, SPRING, SPRING, SPRING, two).alone_wins
+    assert not rivals(SPRING, SPRING, SPRING, SPRING).alone_wins
