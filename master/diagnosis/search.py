@@ -2,9 +2,9 @@
 Forward search: screen, fit the promising, rank on held-out blocks, keep the simplest that is not beaten.
 
 Of effects that cannot be told apart, one with more parameters is dropped if it predicts the same as one
-with fewer: it contains the other and is no rival. What then remains beside the best is its family. Lag, delay,
-carried mass and mount resonance of one signal differ in higher orders alone, where models are wrong too: they
-stay a family as long as they explain nearly as much.
+with fewer: it contains the other and is no rival. What then remains beside the best is its family. Lag,
+delay, carried mass and mount resonance of one signal differ in higher orders alone, where models are wrong
+too: they stay a family as long as they explain nearly as much.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from .study import Extended, Study
 from .tables import Array
 from .variants import Added
 
-LONGEST_LIST, FEWEST, SMALLEST_PROMISE = 6, 1, 2e-3
+LONGEST_LIST, FEWEST, SMALLEST_PROMISE = 6, 1, 5e-3
 SAME_PREDICTION = 0.1
 ALPHA = 0.05
 ENOUGH = 5e-3

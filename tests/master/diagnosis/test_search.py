@@ -11,6 +11,7 @@ from master.diagnosis.fitting import Fit
 from master.diagnosis.ranking import gain, over
 from master.diagnosis.search import Ranked, _family, is_accepted, is_worse
 from master.diagnosis.study import Extended
+from master.diagnosis.variants import Added
 
 N, BLOCKS = 1200, [slice(100 * i, 100 * (i + 1)) for i in range(12)]
 T = np.linspace(0.0, 6.0, N)
@@ -25,9 +26,10 @@ def gains(values, spread=0.01, seed=1):
     return gain(fitted(np.zeros(N)), np.ones(12), own)
 
 
-def ranked(mean, n_parameters, predicted):
+def ranked(mean, n_parameters, predicted, effect="coulomb"):
     found = gain(fitted(predicted), np.ones(12), np.full(12, np.exp(-mean)))
-    return Ranked(Extended(parameters=(None,) * n_parameters), found)
+    added = (Added("sensor", "output", effect),)
+    return Ranked(Extended(added, parameters=(None,) * n_parameters), found)
 
 
 @pytest.fixture
@@ -79,3 +81,16 @@ def test_worse_one_is_no_rival(study):
     one, other = ranked(0.5, 2, np.sin(T)), ranked(0.4, 1, np.cos(T))
 
     assert _family(study, fitted(np.zeros(N)), [one, other]) == [one]
+
+
+def test_lag_and_delay_stay_a_family_while_both_explain_most(study):
+    delay, lag, poor = (
+        ranked(mean, 1, f(T), effect)
+        for mean, f, effect in (
+            (3.0, np.sin, "extra_delay"),
+            (2.0, np.cos, "extra_lag"),
+            (0.5, np.tan, "end_effector_inertia"),
+        )
+    )
+
+    assert _family(study, fitted(np.zeros(N)), [delay, lag, poor]) == [delay, lag]
