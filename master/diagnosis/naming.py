@@ -74,7 +74,7 @@ def named_or_learned(result: PartResult, found: Found, slots: Sequence[str]) -> 
         law = _accepted(learn(study, Extended(), found.base, slots))
         result = replace(result, found=found)
         return result if law is None else _undeclared(result, law)
-    beside = _accepted(learn(study, found.extended, found.fit, slots))
+    beside = _accepted(learn(study, found.extended, found.fit, slots), is_first=False)
     alone = None
     if beside is not None or _is_crowded(found):
         alone = _accepted(learn(study, Extended(), found.base, slots))
@@ -98,8 +98,8 @@ def _is_crowded(found: Found) -> bool:
     return len(set(slots)) < len(slots)
 
 
-def _accepted(law: Learned | None) -> Learned | None:
-    return law if law is not None and is_accepted(law.gain, law.n_tried) else None
+def _accepted(law: Learned | None, *, is_first: bool = True) -> Learned | None:
+    return law if law is not None and is_accepted(law.gain, law.n_tried, is_first=is_first) else None
 
 
 def _undeclared(result: PartResult, law: Learned) -> PartResult:

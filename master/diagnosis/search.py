@@ -16,12 +16,13 @@ import numpy as np
 from scipy import stats
 
 from .fitting import Fit
-from .ranking import AT_MOST, SMALLEST_GAIN, Gain, powers
+from .ranking import ERRORS, SMALLEST_GAIN, Gain, powers
 from .screening import Screened, screened
 from .study import Extended, Study
 from .tables import Array
 from .variants import Added
 
+AT_MOST = 3
 LONGEST_LIST, FEWEST, SMALLEST_PROMISE = 6, 1, 5e-3
 SAME_PREDICTION = 0.1
 ALPHA = 0.05
@@ -149,7 +150,7 @@ def _pruned(study: Study, chosen: Extended, found: Fit) -> tuple[Extended, Fit]:
         )
         study.pool.build([less.added], study.progress)
         without = study.fitted(less, [found.values])
-        if not study.gain(without, found).is_accepted:
+        if not is_accepted(study.gain(without, found), 1, is_first=False):
             return _pruned(study, less.started_at(without.values), without)
     return chosen, found
 
@@ -161,20 +162,28 @@ def _shortlist(tried: Sequence[Screened]) -> list[Screened]:
 
 
 def _round(study: Study, before: Fit, promising: Sequence[Screened], n_tried: int) -> Round:
+    is_first = all(len(s.extended.added) == 1 for s in promising)
     ranked = []
     for s in promising:
         study.progress(f"{study.bench.part.name}: fit of {s.extended.name}")
         found = study.fitted(s.extended, s.starts, known=s.known)
         ranked.append(Ranked(s.extended, study.gain(before, found)))
     ranked.sort(key=lambda r: -r.gain.mean)
-    accepted = [r for r in ranked if is_accepted(r.gain, n_tried)]
+    accepted = [r for r in ranked if is_accepted(r.gain, n_tried, is_first=is_first)]
     return Round(before, tuple(ranked), tuple(_family(study, before, accepted)))
 
 
-def is_accepted(found: Gain, n_tried: int) -> bool:
-    """Whether a gain is worth it and not the luckiest of many tries (Bonferroni over the tries)."""
+def is_accepted(found: Gain, n_tried: int, *, is_first: bool = True) -> bool:
+    """
+    Whether a gain is worth it and not the luckiest of many tries (t-test, Bonferroni over the tries).
+
+    The first effect competes with chance. Later ones and what stands beside names compete with the faults
+    of the models before them, too: all blocks have to gain about alike.
+    """
     n = len(found.by_block)
-    return found.is_accepted and bool(stats.t.sf(found.z, n - 1) * n_tried < ALPHA)
+    z = found.z if is_first else found.mean / max(found.error, 1e-300)
+    is_clear = z > ERRORS and bool(stats.t.sf(z, n - 1) * n_tried < ALPHA)
+    return found.mean > SMALLEST_GAIN and is_clear
 
 
 def _family(study: Study, before: Fit, accepted: Sequence[Ranked]) -> list[Ranked]:

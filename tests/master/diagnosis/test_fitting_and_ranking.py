@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from master.diagnosis.fitting import Candidate, Parameter, fit
-from master.diagnosis.ranking import cross_validated, family, forward, rank
+from master.diagnosis.ranking import over
+from master.diagnosis.search import is_accepted, is_worse
 
 T = np.arange(4000) * 1e-3
 X = np.cos(8.0 * T) * np.exp(-0.2 * T)
@@ -18,7 +19,7 @@ LAWS = {
     "quadratic": V * np.abs(V),
     "drift": T,
 }
-BLOCKS = [slice(2600 + 280 * i, 2600 + 280 * (i + 1)) for i in range(5)]
+BLOCKS = [slice(2600 + 100 * i, 2600 + 100 * (i + 1)) for i in range(14)]
 IN_USE = T < 2.4
 
 
@@ -40,10 +41,6 @@ def model(*names):
 def measured(seed=1, sigma=0.02, **sizes):
     truth = X + 0.2 * V + sum(size * LAWS[name.replace("_", " ")] for name, size in sizes.items())
     return (truth + sigma * np.random.default_rng(seed).standard_normal(len(T)))[:, None]
-
-
-def base(y):
-    return fit(model(), y, IN_USE)
 
 
 def test_fit_finds_the_truth_within_its_uncertainty():
@@ -88,49 +85,41 @@ def test_second_start_finds_the_other_side():
     assert two.values["a"] == pytest.approx(1.01, abs=0.01)
 
 
-@pytest.mark.parametrize("name", ["cubic", "coulomb", "quadratic"])
-def test_missing_law_ranks_first(name):
-    others = [n for n in LAWS if n != "coulomb too"]
-    y = measured(**{name: 0.05})
-    step = rank(base(y), [model(n) for n in others], y, IN_USE, BLOCKS)
+def gains(y, before=(), names=LAWS):
+    """Gain of each law over the model with those before, by name."""
+    start = fit(model(*before), y, IN_USE)
+    rivals = {n: fit(model(*before, n), y, IN_USE) for n in names if n not in before}
+    return {n: over(start, found, y, BLOCKS, np.ones(1)) for n, found in rivals.items()}
 
-    assert step.ranked[0].fit.name == name
-    assert step.family == (name,)
+
+@pytest.mark.parametrize("name", ["cubic", "coulomb", "quadratic"])
+def test_missing_law_gains_most(name):
+    found = gains(measured(**{name: 0.05}), names=[n for n in LAWS if n != "coulomb too"])
+    best = max(found, key=lambda n: found[n].mean)
+
+    assert best == name
+    assert is_accepted(found[best], len(found))
+    assert all(is_worse(g, found[best]) for n, g in found.items() if n != best)
 
 
 def test_nothing_is_accepted_where_nothing_is_missing():
-    accepted = 0
-    for seed in range(30):
-        y = measured(seed)
-        accepted += bool(rank(base(y), [model(n) for n in LAWS], y, IN_USE, BLOCKS).family)
+    found = [g for seed in range(30) for g in gains(measured(seed)).values()]
 
-    assert accepted <= 1
+    assert sum(is_accepted(g, len(LAWS)) for g in found) <= 1  # 5 % of 30 in the mean
 
 
-def test_laws_that_cannot_be_told_apart_are_a_family():
-    y = measured(coulomb=0.05)
-    step = rank(base(y), [model(n) for n in LAWS], y, IN_USE, BLOCKS)
+def test_laws_that_cannot_be_told_apart_gain_alike():
+    found = gains(measured(coulomb=0.05))
 
-    assert set(step.family) == {"coulomb", "coulomb too"}
-    assert family(step.ranked) == step.family
+    assert not is_worse(found["coulomb"], found["coulomb too"])
+    assert not is_worse(found["coulomb too"], found["coulomb"])
 
 
-def test_forward_search_finds_two_and_stops():
+def test_second_law_is_found_beside_the_first_and_no_third():
     y = measured(cubic=0.1, quadratic=0.02)
+    second = gains(y, ("cubic",))
+    third = gains(y, ("cubic", "quadratic"))
 
-    def extended(chosen):
-        last = chosen[-1].split(" + ") if chosen else []
-        return [model(*last, n) for n in LAWS if n not in last and n != "coulomb too"]
-
-    steps = forward(base(y), extended, y, IN_USE, BLOCKS)
-    assert set(steps[1].ranked[0].fit.name.split(" + ")) == {"cubic", "quadratic"}
-    assert steps[-1].family == ()
-
-
-def test_cross_validation_gives_the_gain_of_every_block():
-    y = measured(cubic=0.1)
-    blocks = [slice(800 * i, 800 * (i + 1)) for i in range(5)]
-    gain = cross_validated(model(), model("cubic"), y, blocks, guard=50)
-
-    assert gain.is_accepted
-    assert len(gain.by_block) == 5
+    assert max(second, key=lambda n: second[n].mean) == "quadratic"
+    assert is_accepted(second["quadratic"], len(second), is_first=False)
+    assert not any(is_accepted(g, len(third), is_first=False) for g in third.values())
