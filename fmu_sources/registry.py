@@ -32,7 +32,7 @@ def load(name: str) -> Model:
     """Import a model, or compose it; KeyError if there is none of that name."""
     if is_composed(name):
         try:
-            return composed(name, load)
+            return _composed(name)
         except ValueError as error:
             raise KeyError(str(error)) from error
     path = model_files()[name]
@@ -41,6 +41,11 @@ def load(name: str) -> Model:
     assert isinstance(model, Model)
     assert model.name == name
     return model
+
+
+@cache
+def _composed(name: str) -> Model:
+    return composed(name, load)
 
 
 def modules(name: str) -> tuple[Path, ...]:
