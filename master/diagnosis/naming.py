@@ -82,7 +82,7 @@ def named_or_learned(result: PartResult, found: Found, slots: Sequence[str]) -> 
     left = study.measured - found.fit.predicted
     after = ceiling_of(study, left[:, worst_output(study)], features_of(study))
     has_remainder = beside is not None and 1.0 - rivals.named_share > SMALL_REMAINDER
-    if has_remainder:
+    if has_remainder or (after is not None and after.is_structure):
         found = found.widened(study)
     result = replace(result, found=found, chosen=found.extended, fit=found.fit, ceiling_after=after)
     if alone is not None and rivals.alone_wins:
