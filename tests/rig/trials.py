@@ -2,7 +2,7 @@
 Trials of the diagnosis on the virtual rig: many truths and seeds, one line of JSON each.
 
     python tests/rig/trials.py OUT.jsonl FIRST_SEED N_SEEDS [--workers N] [TRUTH ...]
-    python tests/rig/trials.py table OUT.jsonl ...
+    python tests/rig/trials_table.py OUT.jsonl ...
 
 A truth is `none`, `none:colour`, `none:clock`, `none:plant`, an effect of the rig, or two joined by `+`. All
 truths come with one seed, then all with the next; those in the file already are left out. Run it with
@@ -29,7 +29,8 @@ from master.diagnosis.sealed import sealed
 from master.diagnosis.verdict import subsystem, verdict
 
 sys.path.append(str(Path(__file__).parents[1]))
-from rig import SUBSYSTEM, UNLISTED, Effects, Plant, Recorder, record
+from rig import Effects, Plant, Recorder, record
+from rig.trials_table import read
 
 CASE = Path(__file__).parents[2] / "configs" / "measured" / "docking_rig.yaml"
 SIZES = {
@@ -48,14 +49,6 @@ def noise_of(recorder: Recorder) -> dict[str, float]:
     """Standard deviation of what is compared, by output."""
     names = ("force_sensor.f_mea", "motion_simulator.s_act", "motion_simulator.v_act")
     return dict(zip(names, (recorder.sigma, recorder.sigma_s, recorder.sigma_v), strict=True))
-
-
-NAMES = {
-    **{"cubic": "cubic_stiffness", "backlash": "clearance", "mount": "mount_resonance"},
-    **{"gain": "gain_error", "lag": "extra_lag", "delay": "extra_delay", "inertia": "end_effector_inertia"},
-    **{"simulator_delay": "extra_delay", "spacecraft_offset": "offset"},
-    **{"command_quantisation": "quantisation", "correction_saturation": "force_saturation"},
-}
 
 
 def one(truth: str, seed: int, folder: Path) -> dict:
@@ -114,50 +107,6 @@ def _judged(truth, seed, found, recorder) -> dict:
     }
 
 
-def expected(truth: str) -> list[str]:
-    """Names that the library has for a truth."""
-    return [NAMES.get(k, k) for k in truth.split("+") if not k.startswith("none") and k not in UNLISTED]
-
-
-def outcome(row: dict) -> str:
-    """One word for the table."""
-    if row["verdict"] == "error":
-        return "error"
-    laws = [e.rpartition(":")[2] for e in row["effects"] if "learned_" not in e]
-    if row["verdict"] in ("nothing missing", "parameters only"):
-        return row["verdict"]
-    if row["verdict"] == "undeclared":
-        return "undeclared"
-    if row["verdict"] == "cannot be told":
-        return "family " + " or ".join(sorted({n.rpartition(": ")[2] for f in row["families"] for n in f}))
-    return " + ".join(laws) + (" + remainder" if row["verdict"].startswith("partly") else "")
-
-
-def table(rows: list[dict]) -> str:
-    """Confusion matrix in Markdown: truth, seeds, outcomes with counts."""
-    lines = [
-        "| truth | trials (seeds) | outcome: count | subsystem right | share of the ideal gain |",
-        "|---|---|---|---|---|",
-    ]
-    for truth in dict.fromkeys(r["truth"] for r in rows):
-        own = [r for r in rows if r["truth"] == truth]
-        counts: dict[str, int] = {}
-        for r in own:
-            counts[outcome(r)] = counts.get(outcome(r), 0) + 1
-        text = "; ".join(f"{k}: {n}" for k, n in sorted(counts.items(), key=lambda c: -c[1]))
-        seeds = sorted(r["seed"] for r in own)
-        right = sum((r.get("subsystem") or "") in _right(truth) for r in own)
-        shares = [r["share_of_ideal"] for r in own if r.get("effects")]
-        share = f"{np.median(shares):.2f}" if shares else "-"
-        place = "-" if truth.startswith("none") else f"{right}/{len(own)}"
-        lines.append(f"| {truth} | {len(own)} ({seeds[0]}..{seeds[-1]}) | {text} | {place} | {share} |")
-    return "\n".join(lines)
-
-
-def _right(truth: str) -> set[str]:
-    return {SUBSYSTEM[k] for k in truth.split("+") if k in SUBSYSTEM}
-
-
 def trial(truth: str, seed: int) -> dict:
     """One trial in a folder of its own; an error is a result too."""
     with tempfile.TemporaryDirectory() as folder:
@@ -177,15 +126,7 @@ def run(out: Path, first: int, count: int, truths: list[str], workers: int) -> N
                 file.write(json.dumps(future.result()) + "\n")
 
 
-def read(paths: list[Path]) -> list[dict]:
-    """Rows of all files."""
-    return [json.loads(line) for path in paths for line in path.read_text().splitlines()]
-
-
 def main(arguments: list[str]) -> None:
-    if arguments[0] == "table":
-        sys.stdout.write(table(read([Path(a) for a in arguments[1:]])) + "\n")
-        return
     parser = argparse.ArgumentParser()
     parser.add_argument("out", type=Path)
     parser.add_argument("first", type=int)
