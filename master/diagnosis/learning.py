@@ -59,7 +59,8 @@ def learn(study: Study, chosen: Extended, found: Fit, slots: Sequence[str]) -> L
     study.progress(f"{study.bench.part.name}: {len(groups)} laws without a name tried")
     promising = _promising(study, chosen, found, groups)
     study.pool.build([(*chosen.added, p.law.added) for p in promising], study.progress)
-    fitted = [_fitted(study, chosen, found, p, len(groups)) for p in promising]
+    n_tried = sum(map(len, groups))
+    fitted = [_fitted(study, chosen, found, p, n_tried) for p in promising]
     return max(fitted, key=lambda f: f.gain.mean, default=None)
 
 

@@ -37,13 +37,13 @@ class _Rivals:
         """
         Whether the law alone takes the place of the names.
 
-        It predicts better than they do, and hardly worse than both together; or as well as several names in
-        one slot.
+        They leave a part, it predicts better than they do and hardly worse than both together; or it
+        predicts as well as several names in one slot.
         """
         if self.alone is None:
             return False
         named = self.study.gain(self.found.base, self.found.fit)
-        if is_worse(named, self.alone.gain):
+        if self.named_share < 1.0 - SMALL_REMAINDER and is_worse(named, self.alone.gain):
             return self.alone_share > 1.0 - SMALL_REMAINDER or self.named_share < NAMED_SHARE
         return _is_crowded(self.found) and not is_worse(self.alone.gain, named)
 
@@ -74,14 +74,15 @@ def named_or_learned(result: PartResult, found: Found, slots: Sequence[str]) -> 
         law = _accepted(learn(study, Extended(), found.base, slots))
         result = replace(result, found=found)
         return result if law is None else _undeclared(result, law)
-    beside = _accepted(learn(study, found.extended, found.fit, slots), is_first=False)
+    beside = _accepted(learn(study, found.extended, found.fit, slots))
     alone = None
     if beside is not None or _is_crowded(found):
         alone = _accepted(learn(study, Extended(), found.base, slots))
     rivals = _Rivals(study, found, alone, beside)
     left = study.measured - found.fit.predicted
     after = ceiling_of(study, left[:, worst_output(study)], features_of(study))
-    has_remainder = beside is not None and 1.0 - rivals.named_share > SMALL_REMAINDER
+    is_steady = beside is not None and is_accepted(beside.gain, beside.n_tried, is_first=False)
+    has_remainder = is_steady and 1.0 - rivals.named_share > SMALL_REMAINDER
     if has_remainder or (after is not None and after.is_structure):
         found = found.widened(study)
     result = replace(result, found=found, chosen=found.extended, fit=found.fit, ceiling_after=after)
@@ -98,8 +99,8 @@ def _is_crowded(found: Found) -> bool:
     return len(set(slots)) < len(slots)
 
 
-def _accepted(law: Learned | None, *, is_first: bool = True) -> Learned | None:
-    return law if law is not None and is_accepted(law.gain, law.n_tried, is_first=is_first) else None
+def _accepted(law: Learned | None) -> Learned | None:
+    return law if law is not None and is_accepted(law.gain, law.n_tried) else None
 
 
 def _undeclared(result: PartResult, law: Learned) -> PartResult:
