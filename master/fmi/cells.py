@@ -58,10 +58,13 @@ def first_misfit(doubles: int, n: int, kind: int) -> int:
 
 
 @register_jitable
-def pack(doubles: int, n: int, kind: int, typed: int) -> None:
-    """Write n doubles at an address as values of a type that holds them at another address."""
+def pack(doubles: int, n: int, kind: int, typed: int) -> bool:
+    """Write n doubles at an address as values of a type at another one; False if it does not hold them."""
+    if first_misfit(doubles, n, kind) >= 0:
+        return False
     for j in range(n):
         store(typed, j, kind, load(doubles, j, FLOAT64))
+    return True
 
 
 @register_jitable

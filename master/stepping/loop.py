@@ -12,7 +12,7 @@ import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
-from ..fmi.cells import LARGEST_SIZE, first_misfit, pack, unpack
+from ..fmi.cells import LARGEST_SIZE, pack, unpack
 from ..fmi.value_types import FLOAT64
 from . import calls
 from .operations import MISFIT, asks, channel, close_loop, extrapolate, heed
@@ -58,9 +58,8 @@ def _set(slave: tuple[int, int], block: tuple[int, int, int, int], kind: int, da
     """Set a block whose values stand as doubles at `data`; other types pass through memory at `typed`."""
     if kind == FLOAT64:
         return _exchange(slave, block, data)
-    if first_misfit(data, block[3], kind) >= 0:
+    if not pack(data, block[3], kind, typed):
         return MISFIT
-    pack(data, block[3], kind, typed)
     return _exchange(slave, block, typed)
 
 
