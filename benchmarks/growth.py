@@ -1,4 +1,4 @@
-"""How the cost of our master grows: with FMUs, connections, recorded signals, and with duration in memory."""
+"""How the cost of our master grows: with FMUs, connections, recorded signals, and with duration."""
 
 from __future__ import annotations
 
@@ -10,35 +10,45 @@ import sys
 from pathlib import Path
 
 from peers import MASTERS, OURS, PROJECT, measure
+from ring_model import Link
 from systems import Case, docking_loop, ring
 
 FMUS = (5, 10, 20, 50, 100)
+FEW = 5  # FMUs where connections or signals grow
+INPUTS = (1, 4, 16, 64)
+MORE_OUTPUTS = (0, 8, 32, 128)
 SECONDS = (60.0, 3600.0)
 MEGABYTE = 2.0**20
 
 
 def grow(repetitions: int) -> dict:
-    """Measure all; us a step by number of FMUs, MB of memory by seconds simulated."""
-    ours = next(m for m in MASTERS if m.name == OURS)
-    by_fmus = {
-        n: statistics.median(measure(ours, ring(n).spec, n)["us_per_step"] for _ in range(repetitions))
-        for n in FMUS
+    """
+    Measure all: us a step by number of FMUs, connections and recorded signals.
+
+    By seconds simulated, with the results streamed: us a step and the largest resident memory [MB].
+    """
+    connections = {FEW * n: ring(FEW, Link(n_inputs=n)) for n in INPUTS}
+    signals = {FEW * (2 + n): ring(FEW, Link(n_more=n)) for n in MORE_OUTPUTS}
+    return {
+        "us_per_step_by_fmus": {n: _time(ring(n), n, repetitions) for n in FMUS},
+        "us_per_step_by_connections": {n: _time(c, FEW, repetitions) for n, c in connections.items()},
+        "us_per_step_by_signals": {n: _time(c, FEW, repetitions) for n, c in signals.items()},
+        "streamed_by_seconds": {seconds: _streamed(docking_loop(), seconds) for seconds in SECONDS},
     }
-    return {"us_per_step_by_fmus": by_fmus, "memory_mb_by_seconds": memory()}
 
 
-def memory() -> dict[float, float]:
-    """Largest resident memory [MB] of a run that streams its results, by simulated seconds."""
-    case = docking_loop()
-    return {seconds: _peak(case, seconds) for seconds in SECONDS}
+def _time(case: Case, n_fmus: int, repetitions: int) -> float:
+    ours = next(m for m in MASTERS if m.name == OURS)
+    return statistics.median(measure(ours, case.spec, n_fmus)["us_per_step"] for _ in range(repetitions))
 
 
-def _peak(case: Case, seconds: float) -> float:
+def _streamed(case: Case, seconds: float) -> dict[str, float]:
     runner = Path(__file__).parent / "runners" / "streamed.py"
     environment = {**os.environ, "PYTHONPATH": str(PROJECT)}
     command = [sys.executable, runner, case.config, str(seconds)]
     done = subprocess.run(command, check=True, capture_output=True, text=True, env=environment)
-    return json.loads(done.stdout)["peak_bytes"] / MEGABYTE
+    answer = json.loads(done.stdout)
+    return {"us_per_step": answer["us_per_step"], "memory_mb": answer["peak_bytes"] / MEGABYTE}
 
 
 if __name__ == "__main__":

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import yaml
-from ring_model import MODEL
+from ring_model import Link
 
 from fmu_sources.export.native import generate
 from fmu_sources.export.native_flavour import NativeSources, host_binaries, native_sources, pack_native
@@ -46,20 +46,20 @@ def docking_loop() -> Case:
     return write_case("docking_loop", data)
 
 
-def ring(n: int, signals: int = 1) -> Case:
-    """N links in a ring, side by side; `signals` is the number of wires between neighbours."""
-    source = str(ring_fmu(signals))
+def ring(n: int, link: Link | None = None) -> Case:
+    """N links in a ring, side by side; all inputs of a link follow its neighbour."""
+    link = link or Link()
+    source = str(build(NativeSources(link, RING_TOKEN, generate(link, RING_TOKEN))))
     fmus = {f"link{i}": {"source": source, "start": {"x": math.sin(2.0 * math.pi * i / n)}} for i in range(n)}
-    wires = [{"from": f"link{i}.x", "to": f"link{(i + 1) % n}.u"} for i in range(n)]
+    wires = [
+        {"from": f"link{i}.x", "to": f"link{(i + 1) % n}.u[{j}]"}
+        for i in range(n)
+        for j in range(1, link.n_inputs + 1)
+    ]
     return write_case(
-        f"ring_{n}",
+        f"ring_{n}" if (link.n_inputs, link.n_more) == (1, 0) else f"ring_{n}_{link.name}",
         {"step_size": STEP, "fmus": fmus, "coupling": {"order": [list(fmus)]}, "connections": wires},
     )
-
-
-def ring_fmu() -> Path:
-    """Build the link."""
-    return build(NativeSources(MODEL, RING_TOKEN, generate(MODEL, RING_TOKEN)))
 
 
 def build(sources: NativeSources) -> Path:

@@ -41,23 +41,27 @@ def write(rows: list[dict], growth: dict) -> None:
 
 def _measured(rows: list[dict], growth: dict) -> str:
     machine = f"{platform.machine()}, {os.cpu_count()} processors, Python {platform.python_version()}"
-    times = [f"| {n} | {us:.3g} | {us / n:.3f} |" for n, us in growth["us_per_step_by_fmus"].items()]
-    memory = [f"| {seconds:g} | {mb:.0f} |" for seconds, mb in growth["memory_mb_by_seconds"].items()]
-    return "\n".join(
+    fmus = [f"| {n} | {us:.3g} | {us / n:.3f} |" for n, us in growth["us_per_step_by_fmus"].items()]
+    streamed = [
+        f"| {seconds:g} | {found['us_per_step']:.3g} | {found['memory_mb']:.0f} |"
+        for seconds, found in growth["streamed_by_seconds"].items()
+    ]
+    parts = [
+        [f"Measured on {machine}; medians of {rows[0]['repetitions']} repetitions in turns.", "", text(rows)],
+        ["| FMUs in the ring | us/step | us/step and FMU |", "|---|---|---|", *fmus],
+        _two("connections of 5 FMUs", growth["us_per_step_by_connections"]),
+        _two("recorded signals of 5 FMUs", growth["us_per_step_by_signals"]),
         [
-            f"Measured on {machine}; medians of {rows[0]['repetitions']} repetitions in turns.",
-            "",
-            text(rows),
-            "",
-            "| FMUs in the ring | us/step | us/step and FMU |",
+            "| simulated seconds, results written | us/step, with writing | largest resident memory, MB |",
             "|---|---|---|",
-            *times,
-            "",
-            "| simulated seconds, results streamed | largest resident memory, MB |",
-            "|---|---|",
-            *memory,
-        ]
-    )
+            *streamed,
+        ],
+    ]
+    return "\n\n".join("\n".join(part) for part in parts)
+
+
+def _two(what: str, found: dict[int, float]) -> list[str]:
+    return [f"| {what} | us/step |", "|---|---|", *(f"| {n} | {us:.3g} |" for n, us in found.items())]
 
 
 def _plot(rows: list[dict], growth: dict) -> None:

@@ -24,7 +24,7 @@ FLAGS = (*CODE_FLAGS, *LINUX_FLAGS)
 FILES = ("equations.c", "integrate.c", "model_equations.c", "model_variables.c")
 NAMES = (
     *(f"model_{n}" for n in ("initial", "update", "derivatives", "outputs", "faults", "outputs_along")),
-    *("model_variables", "model_readable", "model_inputs", "model_fault_texts"),
+    *("model_variables", "model_readable", "model_inputs", "model_fault_texts", "model_restarting"),
     *("integrate", "n_substeps", "remember_inputs"),
     *("apply_initial", "apply_update", "apply_outputs", "kernel_defaults", "kernel_start", "kernel_step"),
 )
