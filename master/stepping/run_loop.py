@@ -42,6 +42,7 @@ _DEVIATIONS = {
 
 _CHUNK_SECONDS = 0.1
 _FIRST_CHUNK = 64
+_MOST_TICKS = 16384  # so that rows on their way to a file need the same memory however fast the FMUs are
 _TIME_TOLERANCE = 1e-6  # of a step
 
 Execute = Callable[..., tuple[int, int, int, int]]
@@ -136,7 +137,7 @@ class RunLoop:
                 if pacer is not None and not pacer.done(self.done - 1, self.grid.step_size):
                     return self._outcome(OVERRUN, cause=f"tick {self.done - 1} was not done in time")
                 share = _CHUNK_SECONDS / max(self.seconds - before, 1e-9)
-                chunk = max(1, min(4 * chunk, int(n * share)))
+                chunk = max(1, min(4 * chunk, int(n * share), _MOST_TICKS))
         return self._outcome(COMPLETED)
 
     def _chunk(self, wanted: int) -> int:
