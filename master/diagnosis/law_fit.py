@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .fitting import Fit, bounded
+from .fitting import Fit, Parameter, bounded
 from .injection import Injection
 from .laws import Law
 from .slot_signals import slot_signals
@@ -44,11 +44,18 @@ def sensitivities(study: Study, chosen: Extended, found: Fit) -> Array:
     values = dict(chosen.fixed) | dict(found.values)
     columns = []
     for p in (*study.base, *chosen.parameters):
-        step = DIFFERENCE * p.scale * (1.0 if values[p.name] + DIFFERENCE * p.scale < p.high else -1.0)
-        moved = study.simulate(chosen.added, values | {p.name: values[p.name] + step}, everything=True)
-        columns.append(bounded((moved - found.predicted) / study.size) / step * p.scale)
+        share = inward(p, values[p.name])
+        moved = study.simulate(
+            chosen.added, values | {p.name: values[p.name] + share * p.scale}, everything=True
+        )
+        columns.append(bounded((moved - found.predicted) / study.size) / share)
     shape = (*found.predicted.shape, 0)
     return np.stack(columns, axis=-1) if columns else np.zeros(shape)
+
+
+def inward(p: Parameter, value: float) -> float:
+    """Step for a difference over the parameter's scale, away from its upper bound."""
+    return DIFFERENCE if value + DIFFERENCE * p.scale < p.high else -DIFFERENCE
 
 
 def prior_of(study: Study, chosen: Extended) -> Array:
@@ -131,11 +138,11 @@ class Descent:
         study, values = self.study, self._values(theta)
         columns = []
         for p in self.own:
-            step = DIFFERENCE * p.scale
+            share = inward(p, values[p.name])
             moved = study.simulate(
-                self.extended.added, values | {p.name: values[p.name] + step}, everything=True
+                self.extended.added, values | {p.name: values[p.name] + share * p.scale}, everything=True
             )
-            columns.append(bounded((moved - predicted) / study.size) / DIFFERENCE)
+            columns.append(bounded((moved - predicted) / study.size) / share)
         law = self.best.law
         answers = self.best.injection.answer(law.functions(study, self._signals(values)))
         return np.concatenate([np.stack(columns, axis=-1), answers], axis=2) if columns else answers

@@ -56,7 +56,7 @@ class Tangent:
         self.base_values = {p.name: found.values[p.name] for p in study.base}
         self.alone: Array | None = None if chosen.added else found.predicted
         self.residual = self._scaled(study.measured - found.predicted)
-        self.columns = [self._sensitivity(p.name, p.scale) for p in self.fitted]
+        self.columns = [self._sensitivity(p) for p in self.fitted]
         prior = [
             p.scale * RESPONSE_STEP / (p.spread * RESPONSE_STEP) if p.spread else 0.0 for p in self.fitted
         ]
@@ -110,11 +110,11 @@ class Tangent:
         left = target - whole @ solution
         return float(left @ left), factors
 
-    def _sensitivity(self, name: str, scale: float) -> Array:
-        step = 10.0 * STEP
-        moved = self.values | {name: self.values[name] + step * scale}
-        change = self.study.simulate(self.chosen.added, moved) - self.found.predicted
-        return self._scaled(change) / step
+    def _sensitivity(self, p: Parameter) -> Array:
+        at = self.values[p.name]
+        step = 10.0 * STEP * (1.0 if at + 10.0 * STEP * p.scale < p.high else -1.0)
+        change = self.study.simulate(self.chosen.added, self.values | {p.name: at + step * p.scale})
+        return self._scaled(change - self.found.predicted) / step
 
     def _scaled(self, values: Array) -> Array:
         return np.asarray(bounded(values / self.study.size)[self.rows].ravel())
