@@ -84,9 +84,9 @@ def one(truth: str, seed: int, folder: Path) -> dict:
 def _judged(truth, seed, found, recorder) -> dict:
     part = found.main
     files = {}
-    for a in part.chosen.added:
-        link = next(c for c in part.study.pool.player(part.chosen.added).chain if c.name == a.fmu)
-        files[a.fmu] = link.description.path
+    for p in found.parts:
+        chain = p.study.pool.player(p.chosen.added).chain
+        files |= {c.name: c.description.path for c in chain if c.name in p.fmus}
     name = part.study.bench.part.name
     own = sealed(found, files)[name]
     before, after = (np.mean(((v - own.measured) / part.study.size) ** 2) for v in (own.before, own.after))

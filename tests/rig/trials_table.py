@@ -1,8 +1,8 @@
 """
 Confusion matrix and rates of trials, in Markdown: python tests/rig/trials_table.py OUT.jsonl ...
 
-An effect that the rig has and the library calls otherwise stands in NAMES; CONFUSED are truths that the
-recordings cannot tell from others of their kind, and that have to come out as a family.
+An effect that the rig has and the library calls otherwise stands in NAMES; LAG_LIKE are truths that most
+recordings cannot tell from others of their kind, and that should come out as a family.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ NAMES = {
     **{"simulator_delay": "extra_delay", "spacecraft_offset": "offset"},
     **{"command_quantisation": "quantisation", "correction_saturation": "force_saturation"},
 }
-CONFUSED = {"mount", "lag", "delay", "inertia", "simulator_delay"}
+LAG_LIKE = {"mount", "lag", "delay", "inertia", "simulator_delay"}
 SILENT = ("nothing missing", "parameters only")
 
 
@@ -80,8 +80,8 @@ def rates(rows: list[dict]) -> str:
     none = [r for r in rows if not kinds(r)]
     one = [r for r in rows if len(kinds(r)) == 1]
     unlisted = [r for r in one if kinds(r)[0] in UNLISTED]
-    confused = [r for r in one if kinds(r)[0] in CONFUSED]
-    listed = [r for r in one if r not in unlisted and r not in confused]
+    lag_like = [r for r in one if kinds(r)[0] in LAG_LIKE]
+    listed = [r for r in one if r not in unlisted and r not in lag_like]
     pairs = [r for r in rows if len(kinds(r)) == 2]
     checks = [
         ("no effect: claimed", "<= 2 %", none, lambda r: bool(r.get("effects"))),
@@ -89,9 +89,9 @@ def rates(rows: list[dict]) -> str:
         ("listed: right name", ">= 95 %", listed, lambda r: names(r) == _wanted(r) and not r["families"]),
         ("listed: >= 80 % of the ideal gain", ">= 95 %", listed, lambda r: r.get("share_of_ideal", 0) >= 0.8),
         (
-            "confused: a family with the truth in it",
+            "lag_like: a family with the truth in it",
             ">= 95 %",
-            confused,
+            lag_like,
             lambda r: set(_wanted(r)) <= members(r),
         ),
         ("unlisted: detected", ">= 90 %", unlisted, _is_found),
