@@ -20,7 +20,7 @@ from rig import SUBSYSTEM, UNLISTED
 NAMES = {
     **{"cubic": "cubic_stiffness", "backlash": "clearance", "mount": "mount_resonance"},
     **{"gain": "gain_error", "lag": "extra_lag", "delay": "extra_delay", "inertia": "end_effector_inertia"},
-    **{"simulator_delay": "extra_delay", "spacecraft_offset": "offset"},
+    **{"simulator_delay": "extra_delay", "spacecraft_offset": "offset", "rate_limit": "rate_saturation"},
     **{"command_quantisation": "quantisation", "correction_saturation": "force_saturation"},
 }
 LAG_LIKE = {"mount", "lag", "delay", "inertia", "simulator_delay"}
@@ -89,7 +89,7 @@ def rates(rows: list[dict]) -> str:
         ("listed: right name", ">= 95 %", listed, lambda r: names(r) == _wanted(r) and not r["families"]),
         ("listed: >= 80 % of the ideal gain", ">= 95 %", listed, lambda r: r.get("share_of_ideal", 0) >= 0.8),
         (
-            "lag_like: a family with the truth in it",
+            "lag-like: a family with the truth in it",
             ">= 95 %",
             lag_like,
             lambda r: set(_wanted(r)) <= members(r),
