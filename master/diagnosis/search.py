@@ -131,7 +131,10 @@ def _looked_ahead(study: Study, base: Fit, step: Round, wanted: Sequence[Added])
         branches.append((study.gain(base, last), member, after))
     branches.sort(key=lambda b: -b[0].mean)
     best = branches[0]
-    family = [member for total, member, _ in branches if total is best[0] or not is_worse(total, best[0])]
+    beaten = [member for total, member, _ in branches if total is not best[0] and is_worse(total, best[0])]
+    beaten += step.family[MOST_BRANCHES:]
+    others = [m for m in step.family if m is not best[1] and (m not in beaten or _is_confused(m, best[1]))]
+    family = [best[1], *others]
     return replace(step, family=tuple(family), is_resolved=len(family) == 1), best[2]
 
 
