@@ -37,15 +37,17 @@ class _Rivals:
         """
         Whether the law alone takes the place of the names.
 
-        They leave a part, it predicts better than they do and hardly worse than both together; or it
-        predicts as well as several names in one slot.
+        It predicts better, block by block; and they leave a part and it hardly does, or they are several in
+        one slot.
         """
         if self.alone is None:
             return False
         named = self.study.gain(self.found.base, self.found.fit)
-        if self.named_share < 1.0 - SMALL_REMAINDER and is_worse(named, self.alone.gain):
+        if not is_worse(named, self.alone.gain):
+            return False
+        if self.named_share < 1.0 - SMALL_REMAINDER:
             return self.alone_share > 1.0 - SMALL_REMAINDER or self.named_share < NAMED_SHARE
-        return _is_crowded(self.found) and not is_worse(self.alone.gain, named)
+        return _is_crowded(self.found)
 
     @property
     def alone_share(self) -> float:
