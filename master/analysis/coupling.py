@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,11 +27,24 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Part:
-    """One FMU: its linear system and the names of its inputs and outputs, as columns and rows stand."""
+    """
+    One FMU: its linear system and the names of its inputs and outputs, as columns and rows stand.
+
+    One that varies with time has `systems`, one for each tick; the last `repeats` come again and again.
+    """
 
     system: StateSpace
     inputs: tuple[str, ...]
     outputs: tuple[str, ...]
+    systems: Sequence[StateSpace] = ()
+    repeats: int = 1
+
+    def at(self, k: int) -> StateSpace:
+        """Give the linear system of tick k."""
+        behind = k - len(self.systems)
+        if not self.systems:
+            return self.system
+        return self.systems[k if behind < 0 else behind % self.repeats - self.repeats]
 
 
 @dataclass(frozen=True)
@@ -58,12 +72,12 @@ class Coupled:
         """Ticks after which the order repeats."""
         return math.lcm(*self.schedule.every.values())
 
-    @property
+    @cached_property
     def wires(self) -> list[Wire]:
         """Connections of numbers that vary continuously."""
         return [w for w in self.system.wires if w.target.name in self._inputs]
 
-    @property
+    @cached_property
     def _inputs(self) -> set[str]:
         return {name for part in self.parts.values() for name in part.inputs}
 
@@ -84,12 +98,12 @@ class Coupled:
         ]
         return [*states, *held, *under_way]
 
-    def matrix(self) -> Floats:
-        """Map the total state over one period."""
+    def matrix(self, first: int = 0, ticks: int | None = None) -> Floats:
+        """Map the total state from a first tick over so many, or over one period."""
         n = len(self.owners())
-        total: Floats = np.eye(n)
-        for k in range(self.period):
-            total = _Tick(self, n, {}).run(k)[:, :n] @ total
+        walk, total = Walk(self, np.eye(n)), np.eye(n)
+        for k in range(first, first + (ticks or self.period)):
+            total = walk.run(k)
         return total
 
     def row(self, signal: str) -> Floats:
@@ -103,23 +117,29 @@ class Coupled:
     def opened(self, wire: Wire, *, cut: bool) -> Opened:
         """Put r in place of the wire's value (`cut`) or on top of it; every FMU steps each tick."""
         n = len(self.owners())
-        tick = _Tick(self, n, {wire.target.name: cut})
+        tick = Walk(self, np.eye(n), {wire.target.name: cut})
         rows = tick.run(0)
         v = tick.arrived[wire.target.name]
         return Opened(rows[:, :n], rows[:, n:], v[None, :n], v[None, n:])
 
 
-class _Tick:
-    """Every quantity is a row: its coefficients over total state, outer signals, and unknowns of a loop."""
+class Walk:
+    """
+    Carries a total state, or a basis of them, from tick to tick.
 
-    def __init__(self, coupled: Coupled, n: int, outer: Mapping[str, bool]) -> None:
-        self.coupled, self.outer = coupled, outer
-        self.width = n + len(outer)
-        identity = np.eye(n, self.width)
-        self.signals = {name: np.eye(1, self.width, n + i)[0] for i, name in enumerate(outer)}
+    Every quantity is a row: its coefficients over the columns of `start`, shape (total state, columns), over
+    outer signals, and over unknowns of a loop.
+    """
+
+    def __init__(self, coupled: Coupled, start: Floats, outer: Mapping[str, bool] | None = None) -> None:
+        self.coupled, self.outer = coupled, outer or {}
+        n = start.shape[1]
+        self.width, self.tick = n + len(self.outer), 0
+        rows = _wide(start, self.width)
+        self.signals = {name: np.eye(1, self.width, n + i)[0] for i, name in enumerate(self.outer)}
         blocks, place = [], 0
         for _, size in coupled.layout():
-            blocks.append(identity[place : place + size])
+            blocks.append(rows[place : place + size])
             place += size
         n_parts, names = len(coupled.parts), list(coupled.parts)
         self.states = dict(zip(names, blocks[:n_parts], strict=True))
@@ -130,6 +150,7 @@ class _Tick:
 
     def run(self, k: int) -> Floats:
         """Execute tick k; give the rows of the new total state."""
+        self.tick = k
         schedule, wires = self.coupled.schedule, self.coupled.wires
         for i, group in enumerate(schedule.groups):
             into = [w for name in group for w in wires if w.target.instance == name]
@@ -191,13 +212,15 @@ class _Tick:
 
     def _step(self, name: str, width: int) -> None:
         part = self.coupled.parts[name]
-        system, x = part.system, _wide(self.states[name], width)
+        system, x = part.at(self.tick), _wide(self.states[name], width)
         u = np.array([_wide(self.signals[i][None], width)[0] for i in part.inputs]).reshape(-1, width)
         self.states[name] = system.A @ x + system.B @ u
         self.held[name] = system.C @ x + system.D @ u
 
 
 def _wide(rows: Floats, width: int) -> Floats:
+    if rows.shape[1] == width:
+        return rows
     padded: Floats = np.pad(rows, ((0, 0), (0, width - rows.shape[1])))
     return padded
 

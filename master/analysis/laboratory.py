@@ -66,14 +66,15 @@ class Laboratory:
         schedule, step = self.experiment.schedule, self.experiment.config.step_size
         return Coupled(system, schedule, parts, step, extra or {})
 
-    def _part(self, system: System, instance: Instance) -> Part:
+    def question(self, system: System, instance: Instance) -> Question:
+        """Say what is asked of an FMU: its connected inputs, and the outputs that are used."""
         name, description = instance.name, instance.description
         wires = [w for w in system.wires_into(name) if w.source.variable.kind is Kind.REAL]
         inputs = real([w.target.variable for w in wires])
         used = {w.source.variable.name for w in system.wires if w.source.instance == name}
         used |= {s.partition(".")[2] for s in self._watched() if s.startswith(f"{name}.")}
         outputs = real([v for v in description.outputs if v.name in used])
-        question = Question(
+        return Question(
             instance=instance,
             inputs=inputs,
             starts=start_variables(description, instance.start) if outputs and not inputs else (),
@@ -82,10 +83,14 @@ class Laboratory:
             step_size=self.experiment.config.step_size * instance.every,
             t0=self.experiment.config.start_time,
         )
+
+    def _part(self, system: System, instance: Instance) -> Part:
+        question = self.question(system, instance)
         if question.key not in self._known:
             self._known[question.key] = realise(self._measured(question))
-        names = [tuple(f"{name}.{v.name}" for v in group) for group in (inputs, outputs)]
-        return Part(self._known[question.key], names[0], names[1])
+        groups = (question.inputs, question.outputs)
+        inputs, outputs = (tuple(f"{instance.name}.{v.name}" for v in group) for group in groups)
+        return Part(self._known[question.key], inputs, outputs)
 
     def _measured(self, question: Question) -> Responses:
         if self.after_run and learns(question.instance):

@@ -24,6 +24,11 @@ def learns(instance: Instance) -> bool:
     return HOLD in names and instance.value_of(HOLD) == 0.0 and not _is_fixed(instance)
 
 
+def holding(instance: Instance) -> Instance:
+    """Give an FMU that identifies, told from its start not to."""
+    return replace(instance, start={**instance.start, HOLD: 1.0})
+
+
 def _is_fixed(instance: Instance) -> bool:
     identifier = instance.description.by_name.get("identifier")
     return identifier is not None and instance.value_of("identifier") == parse(identifier, "fixed")

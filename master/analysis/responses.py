@@ -81,7 +81,7 @@ def measure(question: Question, factory: SlaveFactory) -> Responses:
     empty = np.empty((N_STEPS, len(question.outputs), 0))
     pulses, curvature = empty, 0.0
     if question.inputs:
-        bench = _Bench(question, _started(question, factory))
+        bench = Bench(question, started(question, factory))
         try:
             pulses, curvature = bench.pulses()
         finally:
@@ -92,7 +92,7 @@ def measure(question: Question, factory: SlaveFactory) -> Responses:
 
 def measure_running(question: Question, slave: Slave) -> Responses:
     """Ask an FMU that has come to the time `question.t0` in a run; it is left running."""
-    bench = _Bench(question, slave)
+    bench = Bench(question, slave)
     try:
         slave.set(question.inputs, question.held)
         pulses, curvature = bench.pulses()
@@ -101,7 +101,8 @@ def measure_running(question: Question, slave: Slave) -> Responses:
     return Responses(pulses, np.empty((N_STEPS, len(question.outputs), 0)), curvature)
 
 
-def _started(question: Question, factory: SlaveFactory) -> Slave:
+def started(question: Question, factory: SlaveFactory) -> Slave:
+    """Load an FMU and start it with its inputs held."""
     slave = factory(question.instance.name, question.instance.description)
     try:
         slave.enter_initialisation(question.instance.start, question.t0)
@@ -113,7 +114,8 @@ def _started(question: Question, factory: SlaveFactory) -> Slave:
     return slave
 
 
-def _delta(variable: Variable) -> float:
+def delta_of(variable: Variable) -> float:
+    """Height of a pulse, small against what is usual for the unit."""
     scale = variable.nominal or _SCALES.get(variable.unit_name, 1.0)
     return _RELATIVE_DELTA * scale
 
@@ -129,12 +131,12 @@ def _answer(pulse: Callable[[int, float], Floats], place: int, delta: float) -> 
 
 def _free(question: Question, variable: Variable, factory: SlaveFactory) -> Floats:
     value = float(question.instance.value_of(variable.name) or 0.0)
-    delta = _delta(variable)
+    delta = delta_of(variable)
     rows = []
     for changed in (value + delta, value - delta):
         start = {**question.instance.start, variable.name: changed}
         own = replace(question, instance=replace(question.instance, start=start))
-        bench = _Bench(own, _started(own, factory))
+        bench = Bench(own, started(own, factory))
         try:
             rows.append(bench.run(0, N_STEPS))
         finally:
@@ -143,11 +145,12 @@ def _free(question: Question, variable: Variable, factory: SlaveFactory) -> Floa
     return answer
 
 
-class _Bench:
-    """One FMU at the stepping loop, with nothing connected."""
+class Bench:
+    """One FMU at the stepping loop, with nothing connected; `values` are those of its inputs."""
 
     def __init__(self, question: Question, slave: Slave) -> None:
         self.question, self.slave, self.failed = question, slave, False
+        self.values = list(question.held)
         instance = question.instance
         self.state = np.zeros(1, dtype=np.int64)
         schedule = Schedule(((instance.name,),), {instance.name: 1})
@@ -159,17 +162,25 @@ class _Bench:
     def pulses(self) -> tuple[Floats, float]:
         """Settle, then give the answers to a pulse on each input, and how far they bend."""
         self.run(0, N_SETTLING)
-        self._state_call("get_state", self.state.ctypes.data)
-        answers = [_answer(self.pulse, i, _delta(v)) for i, v in enumerate(self.question.inputs)]
+        self.save()
+
+        def pulse(place: int, delta: float) -> Floats:
+            return self.pulse(place, delta, (N_SETTLING, N_SETTLING + N_STEPS))
+
+        answers = [_answer(pulse, i, delta_of(v)) for i, v in enumerate(self.question.inputs)]
         return np.stack([a for a, _ in answers], axis=2), max(c for _, c in answers)
 
-    def pulse(self, place: int, delta: float) -> Floats:
-        """Run with one input raised during the first step, and go back to the start."""
-        variable, value = self.question.inputs[place], self.question.held[place]
+    def save(self) -> None:
+        """Remember the state that pulses start from."""
+        self._state_call("get_state", self.state.ctypes.data)
+
+    def pulse(self, place: int, delta: float, ticks: tuple[int, int]) -> Floats:
+        """Run with one input raised during the first step, and go back to the saved state."""
+        variable, value = self.question.inputs[place], self.values[place]
         self.slave.set([variable], [value + delta])
-        first = self.run(N_SETTLING, N_SETTLING + 1)
+        first = self.run(ticks[0], ticks[0] + 1)
         self.slave.set([variable], [value])
-        rows = np.concatenate([first, self.run(N_SETTLING + 1, N_SETTLING + N_STEPS)])
+        rows = np.concatenate([first, self.run(ticks[0] + 1, ticks[1])])
         self._state_call("set_state", int(self.state[0]))
         return rows
 

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import cmath
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from ..experiment import Experiment
+from ..results.modes import Mode
 from ..simulation import SlaveFactory, load
+from .along import Along, along
 from .coupling import Coupled
 from .laboratory import Assumption, Laboratory
 from .margins import Margin, margins
@@ -19,7 +22,12 @@ SHOWN_CURVATURE = 1e-3
 
 @dataclass(frozen=True)
 class Analysis:
-    """Poles, margins, and what the linear system rests on."""
+    """
+    Poles, margins, and what the linear system rests on.
+
+    Of a system that varies with time (`along`) `dominant`, `reference` and `growth_rate` are those along its
+    run, poles and margins those under the assumptions.
+    """
 
     coupled: Coupled
     assumptions: tuple[Assumption, ...]
@@ -28,6 +36,7 @@ class Analysis:
     reference: Pole | None
     growth_rate: float
     margins: tuple[Margin, ...]
+    along: Along | None = None
 
     @property
     def stable(self) -> bool:
@@ -52,7 +61,7 @@ class Analysis:
                 found.append(f"{name}: its answers are repeated to {part.system.misfit:.1e} only")
         if self.coupled.period != 1:
             found.append("FMUs of several rates: no margins")
-        return found
+        return found + ([] if self.along is None else _along_notes(self.along))
 
     def as_dict(self) -> dict[str, Any]:
         """Fields for JSON."""
@@ -69,6 +78,7 @@ class Analysis:
                 name: {"order": p.system.order, "misfit": p.system.misfit, "curvature": p.system.curvature}
                 for name, p in self.coupled.parts.items()
             },
+            "along_run": None if self.along is None else _along_dict(self.along),
             "assumptions": [vars(a) for a in self.assumptions],
             "notes": self.notes,
         }
@@ -97,7 +107,7 @@ def judge(coupled: Coupled, laboratory: Laboratory) -> Analysis:
         name = compare.reference.partition(".")[0]
         period = coupled.step_size * coupled.schedule.every[name]
         reference = nearest(coupled.parts[name].system, period, best)
-    return Analysis(
+    frozen = Analysis(
         coupled=coupled,
         assumptions=laboratory.assumptions,
         poles=tuple(found),
@@ -106,6 +116,64 @@ def judge(coupled: Coupled, laboratory: Laboratory) -> Analysis:
         growth_rate=growth_rate(coupled),
         margins=tuple(margins(coupled)),
     )
+    return _along_its_run(frozen, along(laboratory, coupled) if laboratory.after_run else None)
+
+
+def _along_its_run(frozen: Analysis, found: Along | None) -> Analysis:
+    if found is None:
+        return frozen
+    step = frozen.coupled.step_size
+    return replace(
+        frozen,
+        along=found,
+        dominant=_shown(found.mode, step, frozen.dominant),
+        reference=_shown(found.reference, step, frozen.reference),
+        growth_rate=found.growths[-1] if found.growths else frozen.growth_rate,
+    )
+
+
+def _shown(mode: Mode | None, step: float, frozen: Pole | None) -> Pole | None:
+    """Give a mode that a motion shows as a pole of one tick; who takes part is known of the frozen one."""
+    if mode is None:
+        return None
+    return Pole(cmath.exp(mode.pole * step), step, () if frozen is None else frozen.parts)
+
+
+def _along_notes(found: Along) -> list[str]:
+    notes = [
+        "the system varies with time: zeta of the dominant pole and of the reference is what the linear "
+        f"system shows from {found.begin:g} to {found.end:g} s; "
+        "poles and margins are those under the assumptions"
+    ]
+    if not found.growths:
+        notes.append("no whole period in the run: the growth, too, is that under the assumptions")
+    if found.learners:
+        least, most = min(found.growths, default=0.0), max(found.growths, default=0.0)
+        notes.append(
+            f"{', '.join(found.learners)}: identification goes on, and hangs on the run and its noise; over "
+            f"single periods the growth is from {least:+.4g} to {most:+.4g} 1/s, above that of the last"
+        )
+    if found.nonlinear is not None and found.simulated is not None:
+        name, share = found.nonlinear
+        notes.append(
+            f"not linear in this run: {name} departs by {100 * share:.2g} % of its largest output, the "
+            f"motion by {100 * found.departure:.2g} %; zeta of the run itself is {found.simulated.zeta:+.6f}"
+        )
+    return notes
+
+
+def _along_dict(found: Along) -> dict[str, Any]:
+    modes = {"linear": found.mode, "reference": found.reference, "run": found.simulated}
+    return {
+        "begin": found.begin,
+        "end": found.end,
+        "period": found.period,
+        "growth_rates": list(found.growths),
+        "departure": found.departure,
+        "nonlinear": None if found.nonlinear is None else dict([found.nonlinear]),
+        "learning": list(found.learners),
+        "zeta": {name: None if mode is None else mode.zeta for name, mode in modes.items()},
+    }
 
 
 def pole_dict(pole: Pole) -> dict[str, Any]:

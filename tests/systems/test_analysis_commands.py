@@ -51,6 +51,18 @@ def test_analyse_reads_as_text():
     assert "assumed: compensator.identification_held = true" in found.output
 
 
+def test_a_system_that_varies_with_time_is_analysed_along_its_run():
+    varying = str(CONFIGS / "time_varying_stiffness.yaml")
+    found = answer("analyse", varying, "--variant", "none")
+
+    assert found["along_run"]["end"] == pytest.approx(1.231)  # where it runs away
+    assert found["along_run"]["period"] == pytest.approx(1.0)
+    assert found["dominant"]["zeta"] == found["along_run"]["zeta"]["linear"]
+    assert found["growth_rate"] == found["along_run"]["growth_rates"][-1] > 3.0
+    assert not found["stable"]
+    assert "varies with time" in found["notes"][0]
+
+
 def test_a_sweep_draws_its_map(tmp_path):
     sweeps = ["--sweep", "spacecraft.f=0:0.004:5", "--sweep", "spacecraft.m_s=600:1000:3"]
     found = answer("analyse", LOW, "--variant", "cfdc", *sweeps, "--output", tmp_path)
