@@ -48,4 +48,5 @@ EFFECT = Effect(
     },
     needs=("velocity",),
     places=MECHANICAL,
+    made_of=("coulomb", "offset"),
 )

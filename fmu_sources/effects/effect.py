@@ -69,7 +69,7 @@ class Effect:
     Units may name the slot's own: `{value}`, `{position}`, `{load}`. `absent` makes the law do nothing.
     `scale` gives the typical magnitude of each parameter; `held` ones stay there in a fit. `variants` are
     start values of which a fit tries all, where the law has a side. `follows` names the states that start at
-    the slot's value, as a filter at rest does.
+    the slot's value, as a filter at rest does. `made_of` names effects that together make this law or nearly.
     """
 
     name: str
@@ -83,6 +83,7 @@ class Effect:
     places: frozenset[Place] = EVERYWHERE
     held: tuple[str, ...] = ()
     follows: tuple[str, ...] = ()
+    made_of: tuple[str, ...] = ()
     variants: tuple[Mapping[str, float], ...] = field(default=({},))
 
     @cached_property

@@ -16,7 +16,7 @@ from .fitting import Fit
 from .learning import Learned, learn
 from .part_result import PartResult
 from .ranking import powers
-from .search import Found, is_accepted, is_worse
+from .search import Found, is_accepted, is_beaten
 from .study import Extended, Study
 from .tables import Array
 
@@ -43,7 +43,7 @@ class _Rivals:
         if self.alone is None:
             return False
         named = self.study.gain(self.found.base, self.found.fit)
-        if not is_worse(named, self.alone.gain):
+        if not is_beaten(self.study, named, self.alone.gain):
             return False
         if self.named_share < 1.0 - SMALL_REMAINDER:
             return self.alone_share > 1.0 - SMALL_REMAINDER or self.named_share < NAMED_SHARE

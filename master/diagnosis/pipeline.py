@@ -19,6 +19,7 @@ from .part_result import EXACT, PartResult
 from .parts import CutSystem, Part
 from .ranking import ERRORS, gain, powers
 from .recordings import Recording
+from .rewriting import with_rewritings
 from .search import search
 from .split import Split, Stretch, blocks, by_blocks, by_recording, with_sealed_recordings
 from .study import Extended, Progress, Study, base_parameters, start
@@ -116,7 +117,8 @@ def _part(system: CutSystem, bench: Bench, split: Split, case: Case, progress: P
     result = detect(empty)
     if wanted:
         slots = sorted({f"{a.fmu}.{a.slot}" for a in wanted})
-        result = named_or_learned(result, search(study, base, wanted), slots)
+        found = with_rewritings(study, search(study, base, wanted), wanted)
+        result = named_or_learned(result, found, slots)
     elif result.ceiling is not None and result.ceiling.is_structure:
         result = replace(result, has_remainder=True)
     return refitted(_parameters(result))

@@ -2,9 +2,9 @@
 Forward search: screen, fit the promising, rank on held-out blocks, keep the simplest that is not beaten.
 
 Of effects that cannot be told apart, one with more parameters is dropped if it predicts the same as one
-with fewer: it contains the other and is no rival. What then remains beside the best is its family. Lag,
-delay, carried mass and mount resonance of one signal differ in higher orders alone, where models are wrong
-too: they stay a family as long as they explain nearly as much.
+with fewer: it contains the other and is no rival. What then remains beside the best is its family; the next
+effect may decide in it. Lag, delay, carried mass and mount resonance of one signal differ in higher orders
+alone, where models are wrong too: they stay a family as long as they explain nearly as much.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ SAME_PREDICTION = 0.1
 ALPHA = 0.05
 ENOUGH = 5e-3
 MOST_BRANCHES = 2
-NEAR = 0.18  # 20 % of what is left
+NEAR, CLEAR = 0.18, 3.0  # 20 % of what is left; standard errors
 LAG_LIKE = {"extra_lag", "extra_delay", "end_effector_inertia", "mount_resonance"}
 CONFUSED_SHARE = 0.8
 
@@ -63,17 +63,19 @@ class Round:
 
 @dataclass(frozen=True)
 class Found:
-    """What a search ends with."""
+    """What a search ends with; `rewritings` are families of an effect and others that make it together."""
 
     base: Fit
     extended: Extended
     fit: Fit
     rounds: tuple[Round, ...]
+    rewritings: tuple[tuple[str, ...], ...] = ()
 
     @property
     def families(self) -> list[tuple[str, ...]]:
         """Names that could not be told apart, one tuple an effect that was added."""
-        return [tuple(r.name for r in rnd.family) for rnd in self.rounds if len(rnd.family) > 1]
+        found = [tuple(r.name for r in rnd.family) for rnd in self.rounds if len(rnd.family) > 1]
+        return [*found, *self.rewritings]
 
     def widened(self, study: Study) -> Found:
         """
@@ -93,14 +95,15 @@ def search(study: Study, base: Fit, wanted: Sequence[Added], at_most: int = AT_M
     while len(rounds) < at_most:
         step = ahead or _step(study, chosen, found, wanted)
         ahead = None
-        if len(step.family) > 1 and len(rounds) + 1 < at_most:
+        is_last = len(rounds) + 1 == at_most
+        if len(step.family) > 1 and not is_last and not _is_enough(study, base, step.family[0].gain.fit):
             step, ahead = _looked_ahead(study, base, step, wanted)
         rounds.append(step)
         if not step.family:
             break
         winner = step.family[0]
         chosen, found = winner.extended.started_at(winner.gain.fit.values), winner.gain.fit
-        if _power(study, found).sum() < ENOUGH * _power(study, base).sum():
+        if _is_enough(study, base, found):
             break
         pruned, found = _pruned(study, chosen, found)
         if pruned.added != chosen.added:
@@ -129,9 +132,11 @@ def _looked_ahead(study: Study, base: Fit, step: Round, wanted: Sequence[Added])
         after = _step(study, member.extended.started_at(member.gain.fit.values), member.gain.fit, wanted)
         last = after.family[0].gain.fit if after.family else member.gain.fit
         branches.append((study.gain(base, last), member, after))
-    branches.sort(key=lambda b: -b[0].mean)
     best = branches[0]
-    beaten = [member for total, member, _ in branches if total is not best[0] and is_worse(total, best[0])]
+    for branch in branches[1:]:
+        if is_beaten(study, best[0], branch[0]):
+            best = branch
+    beaten = [m for total, m, _ in branches if total is not best[0] and is_beaten(study, total, best[0])]
     beaten += step.family[MOST_BRANCHES:]
     others = [m for m in step.family if m is not best[1] and (m not in beaten or _is_confused(m, best[1]))]
     family = [best[1], *others]
@@ -140,6 +145,10 @@ def _looked_ahead(study: Study, base: Fit, step: Round, wanted: Sequence[Added])
 
 def _power(study: Study, found: Fit) -> Array:
     return powers(found.predicted - study.measured, study.held_out, study.size)
+
+
+def _is_enough(study: Study, base: Fit, found: Fit) -> bool:
+    return bool(_power(study, found).sum() < ENOUGH * _power(study, base).sum())
 
 
 def _pruned(study: Study, chosen: Extended, found: Fit) -> tuple[Extended, Fit]:
@@ -194,7 +203,9 @@ def _family(study: Study, before: Fit, accepted: Sequence[Ranked]) -> list[Ranke
     if not accepted:
         return []
     best = accepted[0]
-    rivals = [r for r in accepted if r is best or not is_worse(r.gain, best.gain) or _is_confused(r, best)]
+    rivals = [
+        r for r in accepted if r is best or _is_confused(r, best) or not is_beaten(study, r.gain, best.gain)
+    ]
     rivals.sort(key=lambda r: (r.n_parameters, -r.gain.mean))
     kept: list[Ranked] = []
     for r in rivals:
@@ -229,6 +240,18 @@ def is_worse(one: Gain, best: Gain) -> bool:
     difference = best.by_block - one.by_block
     error = difference.std(ddof=1) / np.sqrt(len(difference))
     return bool(difference.mean() > max(SMALLEST_GAIN, 2.0 * error))
+
+
+def is_beaten(study: Study, one: Gain, best: Gain) -> bool:
+    """
+    Whether a gain is smaller block by block, or a fifth more is left, by more than chance makes of it.
+
+    The second sees what happens in few blocks, where a mean over the blocks is uncertain.
+    """
+    if is_worse(one, best):
+        return True
+    more = study.gain(one.fit, best.fit)
+    return more.mean > NEAR and more.z > CLEAR
 
 
 def _same(study: Study, before: Fit, one: Ranked, other: Ranked) -> bool:

@@ -11,11 +11,13 @@ from fmu_sources.effects.catalogue import listed
 
 from .part_result import PartResult
 from .pipeline import Diagnosis
+from .rewriting import AND
 from .sealed import SealedPart
 from .search import Ranked
 
 TRACED, PARTLY, UNDECLARED = "traced", "partly, with an undeclared remainder", "undeclared"
 UNNAMED = "a law without a name explains more"
+REWRITTEN = "others explain more, or make it needless"
 PARAMETERS, NOTHING, UNTOLD = "parameters only", "nothing missing", "cannot be told"
 
 
@@ -91,7 +93,7 @@ def subsystem(diagnosis: Diagnosis) -> str | None:
 
 def experiment(family: tuple[str, ...]) -> str:
     """What to record to tell the members of a family apart."""
-    laws = {name.rpartition(": ")[2] for name in family}
+    laws = {name.rpartition(": ")[2] for member in family for name in member.split(AND)}
     for members, text in EXPERIMENTS:
         if laws <= members:
             return text
@@ -101,6 +103,10 @@ def experiment(family: tuple[str, ...]) -> str:
 FRICTION = {"coulomb", "stribeck", "asymmetric_friction", "dahl", "presliding", "load_friction", "bouc_wen"}
 LAG = {"extra_lag", "extra_delay", "end_effector_inertia", "mount_resonance", "gain_error", "rate_saturation"}
 EXPERIMENTS: tuple[tuple[set[str], str], ...] = (
+    (
+        {"asymmetric_friction", "coulomb", "offset"},
+        "Record at rest and at several speeds of both directions: an offset stays where nothing moves.",
+    ),
     ({"offset", "drift"}, "Record at rest for longer, at the start and at the end."),
     (FRICTION, "Record slow reversals at several amplitudes, below and above the way of presliding."),
     (
@@ -155,9 +161,11 @@ def _runners_up(part: PartResult) -> list[dict[str, Any]]:
         winner = step.family[0] if step.family else None
         members = [r.name for r in step.family]
         for r in step.ranked:
-            if r is winner and part.is_named:
+            if r is winner and part.is_named and r.extended.added[-1] in part.chosen.added:
                 continue
-            why = UNNAMED if r is winner else _why(r, winner, members)
+            why = _why(r, winner, members)
+            if r is winner:
+                why = REWRITTEN if part.is_named else UNNAMED
             rows.append({"round": i, "effect": r.name, "gain": r.gain.mean, "why": why})
     return rows
 

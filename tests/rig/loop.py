@@ -7,7 +7,7 @@ import math
 import numba
 import numpy as np
 
-from .plant import N_STATES
+from .plant import N_STATES, SECOND_LAG
 from .solver import advance
 
 S_DES, S_CMD, S_ACT, V_ACT, F_DES, F_MEA = range(6)
@@ -74,12 +74,12 @@ def run(p, believed, e, q, s0, excitation, noise):
     rows, lagged, commands = np.zeros((n, 6)), np.zeros(n), np.zeros(n)
     y = np.zeros(N_STATES)
     y[0], y[3] = s0, p.k_p / (p.k_m + p.k_p) * s0
-    y[5] = y[6] = -p.k_m * y[3]
+    y[5] = y[6] = y[SECOND_LAG] = -p.k_m * y[3]
     s_des, v_des, last_f, h = s0, 0.0, y[5], 1e-4
     df1 = df2 = ds1 = ds2 = 0.0
     a, b, c, d, e_ = contact_coefficients(believed, T)
     for k in range(n):
-        lagged[k] = y[5]
+        lagged[k] = y[SECOND_LAG] if e.lag > 0.0 else y[5]
         f_mea = rounded(sensed(lagged, k, k * tick, e) + q.sigma * noise[k, 0], q.step_f)
         s_act = rounded(y[0] + q.sigma_s * noise[k, 1], q.step_s)
         ds = s_des - s_act

@@ -41,7 +41,8 @@ class Effects(NamedTuple):
     offset: float = 0.0  # [N]
     drift: float = 0.0  # [N/s]
     gain: float = 0.0  # relative
-    lag: float = 0.0  # added to T_f [s]
+    lag: float = 0.0  # time constant of a second lag [s]
+    slow_filter: float = 0.0  # added to T_f [s]
     delay: float = 0.0  # [s]
     quantisation: float = 0.0  # [N]
     inertia: float = 0.0  # mass between contact and sensor [kg]
@@ -66,10 +67,10 @@ LISTED = Effects._fields[: Effects._fields.index("hertz")]
 UNLISTED = Effects._fields[Effects._fields.index("hertz") :]
 SUBSYSTEM = {
     **dict.fromkeys(Effects._fields[:11], "contact"),
-    **dict.fromkeys(Effects._fields[11:19], "force_sensor"),
-    **dict.fromkeys(Effects._fields[19:21], "motion_simulator"),
+    **dict.fromkeys(Effects._fields[11:20], "force_sensor"),
+    **dict.fromkeys(Effects._fields[20:22], "motion_simulator"),
     "spacecraft_offset": "spacecraft",
-    **dict.fromkeys(Effects._fields[22:24], "compensator"),
+    **dict.fromkeys(Effects._fields[23:25], "compensator"),
     **dict.fromkeys(UNLISTED[:-1], "contact"),
     "varying_delay": "force_sensor",
 }

@@ -2,7 +2,7 @@
 Right-hand side of the rig between two ticks.
 
 States: 0 s_act, 1 v_act, 2 a_act, 3 x_e, 4 x_e', 5 f_lag, 6 f_mount, 7 f_mount', 8 Bouc-Wen, 9 Dahl,
-10 slider, 11.. play operators of the Preisach-like memory.
+10 slider, 11.. play operators of the Preisach-like memory, last the second lag of the sensor.
 """
 
 from __future__ import annotations
@@ -13,7 +13,8 @@ import numba
 import numpy as np
 
 N_PLAYS = 6
-N_STATES = 11 + N_PLAYS
+SECOND_LAG = 11 + N_PLAYS
+N_STATES = SECOND_LAG + 1
 PLAY_WIDTHS = np.array([0.2e-3, 0.4e-3, 0.7e-3, 1.1e-3, 1.6e-3, 2.4e-3])
 PLAY_WEIGHTS = np.array([0.35, 0.05, 0.25, 0.05, 0.2, 0.1]) / 1e-3
 MOUNT, MOUNT_DAMPING = 2.0 * math.pi * 25.0, 0.02
@@ -73,7 +74,8 @@ def derivatives(t, y, command, p, e, out):
     out[6] = y[7]
     out[7] = MOUNT * MOUNT * (f_felt - y[6]) - 2.0 * MOUNT_DAMPING * MOUNT * y[7]
     f_felt += e.mount * (y[6] - f_felt)
-    out[5] = (f_felt - y[5]) / (p.T_f + e.lag)
+    out[5] = (f_felt - y[5]) / (p.T_f + e.slow_filter)
+    out[SECOND_LAG] = (y[5] - y[SECOND_LAG]) / e.lag if e.lag > 0.0 else 0.0
 
     out[8] = (der_r - 0.7 * abs(der_r) * abs(y[8]) * y[8] - 0.3 * der_r * y[8] ** 2) / 1e-3
     out[9] = (y[4] - abs(y[4]) * y[9]) / 0.2e-3

@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 from scipy.signal import find_peaks
 
 from . import COLUMNS, LISTED, SUBSYSTEM, UNLISTED, Effects, Plant, Recorder, T, record
-from .plant import N_STATES, derivatives
+from .plant import N_STATES, SECOND_LAG, derivatives
 from .recording import coloured
 
 QUIET = Recorder(sigma=0.0, sigma_s=0.0, sigma_v=0.0, step_f=0.0, step_s=0.0)
@@ -25,6 +25,7 @@ SIZES = {
     },
     **{"coulomb": 4.0, "stribeck": 5.0, "dahl": 4.0, "presliding": 4.0, "quadratic_damping": 300.0},
     **{"offset": 1.0, "drift": 0.2, "gain": 0.02, "lag": 2e-3, "delay": 2e-3, "quantisation": 2.0},
+    "slow_filter": 2e-3,
     **{"inertia": 3.0, "mount": 0.5, "rate_limit": 0.05, "simulator_delay": 2.0, "spacecraft_offset": 5.0},
     **{"command_quantisation": 2e-4, "correction_saturation": 60.0, "hertz": 2e5, "position_friction": 3.0},
     **{"thermal": 0.05, "preisach": 3.0, "asymmetric_slack": 4e-3, "varying_delay": 4e-3},
@@ -46,7 +47,7 @@ def test_plant_agrees_with_another_solver(kind):
     found = record(effects, recorder=QUIET, duration=0.15)
     p, y, out = Plant(), np.zeros(N_STATES), np.empty(N_STATES)
     y[0], y[3] = -5e-3, p.k_p / (p.k_m + p.k_p) * -5e-3
-    y[5] = y[6] = -p.k_m * y[3]
+    y[5] = y[6] = y[SECOND_LAG] = -p.k_m * y[3]
     positions = []
     for k in range(len(found)):
         positions.append(y[0])

@@ -26,6 +26,7 @@ import yaml
 from master.diagnosis.case import load_case
 from master.diagnosis.pipeline import diagnose
 from master.diagnosis.sealed import sealed
+from master.diagnosis.variants import Added
 from master.diagnosis.verdict import subsystem, verdict
 
 sys.path.append(str(Path(__file__).parents[1]))
@@ -37,7 +38,7 @@ SIZES = {
     **{"slack": 3e-3, "cubic": 2e8, "quadratic_stiffness": 5e5, "backlash": 5e-5, "bouc_wen": 5.0},
     **{"end_stop": 4e3, "coulomb": 4.0, "stribeck": 5.0, "dahl": 4.0, "presliding": 4.0},
     **{"quadratic_damping": 3e3, "offset": 1.0, "drift": 0.2, "quantisation": 2.0, "mount": 1.0},
-    **{"gain": 0.02, "lag": 2e-3, "delay": 2e-3, "inertia": 6.0},
+    **{"gain": 0.02, "lag": 8e-3, "slow_filter": 8e-3, "delay": 8e-3, "inertia": 6.0},
     **{"rate_limit": 0.05, "simulator_delay": 2.0, "spacecraft_offset": 5.0},
     **{"command_quantisation": 2e-4, "correction_saturation": 60.0},
     **{"hertz": 2e5, "position_friction": 3.0, "thermal": 0.05, "preisach": 3.0},
@@ -76,12 +77,12 @@ def one(truth: str, seed: int, folder: Path) -> dict:
     found = diagnose(load_case(folder / "case.yaml"), lambda _: None)
     seconds = time.perf_counter() - begin
     try:
-        return _judged(truth, seed, found, recorder) | {"seconds": round(seconds, 1)}
+        return _judged(truth, seed, found, recorder, effects) | {"seconds": round(seconds, 1)}
     finally:
         found.close()
 
 
-def _judged(truth, seed, found, recorder) -> dict:
+def _judged(truth, seed, found, recorder, effects) -> dict:
     part = found.main
     files = {}
     for p in found.parts:
@@ -89,10 +90,11 @@ def _judged(truth, seed, found, recorder) -> dict:
         files |= {c.name: c.description.path for c in chain if c.name in p.fmus}
     name = part.study.bench.part.name
     own = sealed(found, files)[name]
-    before, after = (np.mean(((v - own.measured) / part.study.size) ** 2) for v in (own.before, own.after))
+    before, after = (_power(part, own, predicted) for predicted in (own.before, own.after))
     noise = noise_of(recorder)
     sized = zip(part.study.bench.outputs, part.study.size, strict=True)
     floor = float(np.mean([(noise.get(name, 0.0) / size) ** 2 for name, size in sized]))
+    ideal = _rounding(part, own, effects) if effects.quantisation > 0.0 else floor
     return {
         "truth": truth,
         "seed": seed,
@@ -100,11 +102,29 @@ def _judged(truth, seed, found, recorder) -> dict:
         "effects": [f"{a.fmu}.{a.slot}:{a.effect}" for a in part.chosen.added],
         "families": [list(f) for p in found.parts for f in p.families],
         "subsystem": subsystem(found),
-        "before": float(before),
-        "after": float(after),
-        "share_of_ideal": float((before - after) / max(before - floor, 1e-300)),
+        "before": before,
+        "after": after,
+        "share_of_ideal": (before - after) / max(before - ideal, 1e-300),
+        "size_over_noise": float(np.sqrt(max(before - floor, 0.0) / max(floor, 1e-300))),
         "others": [str(a) for p in found.parts if p is not part for a in p.chosen.added],
     }
+
+
+def _power(part, own, predicted) -> float:
+    return float(np.mean(((predicted - own.measured) / part.study.size) ** 2))
+
+
+def _rounding(part, own, effects) -> float:
+    """
+    What the true model with its true numbers leaves where the sensor rounds: more than the noise.
+
+    Its inputs were measured, and where the force is near the middle of a step their noise decides.
+    """
+    rows = np.round(own.t / part.study.bench.row_period).astype(int)
+    true = {f"contact.{n}": getattr(Plant(), n) for n in ("m_e", "k_m", "c_m", "k_p", "c_p")}
+    added = Added("force_sensor", "output", "quantisation")
+    values = true | {f"force_sensor.{added.prefix}_step": effects.quantisation}
+    return _power(part, own, part.study.simulate((added,), values, everything=True)[rows])
 
 
 def trial(truth: str, seed: int) -> dict:

@@ -9,7 +9,7 @@ import pytest
 
 from master.diagnosis.fitting import Fit
 from master.diagnosis.ranking import gain, over
-from master.diagnosis.search import Ranked, _family, is_accepted, is_worse
+from master.diagnosis.search import Ranked, _family, is_accepted, is_beaten, is_worse
 from master.diagnosis.study import Extended
 from master.diagnosis.variants import Added
 
@@ -34,7 +34,11 @@ def ranked(mean, n_parameters, predicted, effect="coulomb"):
 
 @pytest.fixture
 def study():
-    return SimpleNamespace(held_out=BLOCKS, size=np.ones(1))
+    """What is measured is zero: a prediction is its own error."""
+    zero, size = np.zeros((N, 1)), np.ones(1)
+    return SimpleNamespace(
+        held_out=BLOCKS, size=size, gain=lambda before, after: over(before, after, zero, BLOCKS, size)
+    )
 
 
 def test_clear_gain_is_accepted_and_a_lucky_one_of_many_is_not():
@@ -63,6 +67,21 @@ def test_gain_in_few_blocks_counts_against_what_chance_makes():
 def test_less_by_a_hair_is_not_worse():
     assert is_worse(gains(0.1), gains(0.2))
     assert not is_worse(gains(0.195), gains(0.2))
+
+
+def test_what_happens_in_few_blocks_decides_too(study):
+    """Both leave noise; one misses three times the noise in two blocks of twelve, the other nothing."""
+    rng = np.random.default_rng(5)
+    noise = rng.standard_normal(N)
+    missed = np.where(T > 5.0, 3.0 * np.sin(9.0 * T), 0.0)
+    base = fitted(10.0 * rng.standard_normal(N))
+    best, poor = (study.gain(base, fitted(left)) for left in (noise, noise + missed))
+    as_good = study.gain(base, fitted(noise + 0.1 * rng.standard_normal(N)))
+
+    assert not is_worse(poor, best)
+    assert is_beaten(study, poor, best)
+    assert not is_beaten(study, best, poor)
+    assert not is_beaten(study, as_good, best)
 
 
 def test_more_parameters_with_the_same_prediction_are_no_rival(study):
