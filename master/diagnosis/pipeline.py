@@ -17,6 +17,7 @@ from .measured import opened
 from .naming import named_or_learned
 from .part_result import EXACT, PartResult
 from .parts import CutSystem, Part
+from .plausible import implausible
 from .ranking import ERRORS, gain, powers
 from .recordings import Recording
 from .rewriting import with_rewritings
@@ -70,8 +71,14 @@ def diagnose(loaded: LoadedCase, progress: Progress) -> Diagnosis:
     benches = {part.name: _bench(part, recordings, loaded.case) for part in system.parts}
     some = next(iter(benches.values()))
     split = _split(loaded, _lengths(some, recordings), some.row_period)
-    results = [_part(system, benches[part.name], split, loaded.case, progress) for part in system.parts]
-    return Diagnosis(loaded, system, recordings, tuple(results), split)
+    begun = [_begun(system, benches[part.name], split, loaded.case, progress) for part in system.parts]
+    problems = implausible(loaded, begun)
+    if problems:
+        for part in begun:
+            part.study.pool.close()
+        raise ConfigError(problems)
+    results = tuple(_searched(p, system, loaded.case) for p in begun)
+    return Diagnosis(loaded, system, recordings, results, split)
 
 
 def _bench(part: Part, recordings: Mapping[str, Recording], case: Case) -> Bench:
@@ -98,7 +105,8 @@ def _split(loaded: LoadedCase, lengths: Mapping[str, int], period: float) -> Spl
         raise ConfigError(f"{loaded.where('split')}: {line}" for line in str(error).splitlines()) from None
 
 
-def _part(system: CutSystem, bench: Bench, split: Split, case: Case, progress: Progress) -> PartResult:
+def _begun(system: CutSystem, bench: Bench, split: Split, case: Case, progress: Progress) -> PartResult:
+    """Replay and refit one part."""
     part, pool = bench.part, Pool(system, bench.part)
     rows = bench.in_use & _rows(bench, split.fit)
     held_out = [_slice(bench, s) for s in blocks(split.select, N_BLOCKS)]
@@ -110,11 +118,17 @@ def _part(system: CutSystem, bench: Bench, split: Split, case: Case, progress: P
     base = start(study)
     empty = PartResult(study, nominal, base, Extended(), base)
     spread = study.measured[rows].std(axis=0)
-    if np.all(study.size < EXACT * np.maximum(spread, 1e-300)):
-        return replace(empty, is_exact=True)
+    return replace(empty, is_exact=bool(np.all(study.size < EXACT * np.maximum(spread, 1e-300))))
+
+
+def _searched(begun: PartResult, system: CutSystem, case: Case) -> PartResult:
+    """What one part lacks, if anything is left of it."""
+    if begun.is_exact:
+        return begun
+    study, base = begun.study, begun.base
     study.look_into_slots(base)
-    wanted = candidates(system, part, case.slots)
-    result = detect(empty)
+    wanted = candidates(system, study.bench.part, case.slots)
+    result = detect(begun)
     if wanted:
         slots = sorted({f"{a.fmu}.{a.slot}" for a in wanted})
         found = with_rewritings(study, search(study, base, wanted), wanted)

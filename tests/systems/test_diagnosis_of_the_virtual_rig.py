@@ -12,6 +12,9 @@ from fmpy import read_model_description
 from fmpy.validation import validate_fmu
 
 from master.diagnosis.answer import answer
+from master.diagnosis.case import load_case
+from master.diagnosis.pipeline import diagnose
+from master.errors import ConfigError
 from master.experiment import Request, prepare
 from master.simulation import simulate
 
@@ -46,6 +49,27 @@ def test_friction_of_the_guide_is_traced(coulomb):
     assert report["effects"][0]["parameters"]["level"] == pytest.approx(4.0, rel=0.02)
     assert report["after"]["force_sensor.f_mea"]["rmse"] < 0.55
     assert report["explained_share"] > 0.95
+
+
+def test_wrong_prefix_and_wrong_sign_are_told_at_once(tmp_path):
+    """Force in kN that the case takes for N, velocity with the other sign."""
+    recording = record(seed=1)
+    recording.columns["f_mea"] = 1e-3 * recording["f_mea"]
+    recording.write(tmp_path / "rig.npz")
+    case = yaml.safe_load(CASE.read_text())
+    case["system"] = str((CASE.parent / case["system"]).resolve())
+    case["recordings"] = {"rich": {"file": "rig.npz"}}
+    case["signals"]["v_wrong"] = {"column": "v_act", "unit": "m/s", "sign": -1}
+    case["compared"]["motion_simulator.v_act"] = "v_wrong"
+    (tmp_path / "case.yaml").write_text(yaml.safe_dump(case))
+
+    with pytest.raises(ConfigError) as error:
+        diagnose(load_case(tmp_path / "case.yaml"), lambda _: None)
+
+    force, velocity = sorted(p for p in error.value.problems if "compensator" not in p)
+    assert "force_sensor.f_mea: moves like the model at another size, got 0.001 times" in force
+    assert "with 'f_mea' in 'N', expected about 1" in force
+    assert "motion_simulator.v_act: moves like the model at another size, got -1 times" in velocity
 
 
 def test_corrected_models_are_valid_and_agree_in_both_flavours(coulomb):

@@ -1,0 +1,22 @@
+"""Size of a signal against the model's: what a wrong unit or sign makes of it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from master.diagnosis.plausible import size_against
+
+MODEL = np.sin(np.arange(500) / 20.0) + 2.0
+NOISE = np.random.default_rng(1).standard_normal(500)
+
+
+@pytest.mark.parametrize("factor", [1e-3, -1.0, 57.3, 1.0])
+def test_ratio_is_the_factor_between_the_units(factor):
+    assert size_against(factor * MODEL + 5.0, MODEL) == pytest.approx(factor, rel=1e-9)
+
+
+def test_signals_that_are_not_alike_have_none():
+    assert size_against(1e3 * NOISE, MODEL) == 1.0
+    assert size_against(NOISE, np.zeros(500)) == 1.0
+    assert size_against(NOISE, np.full(500, np.nan)) == 1.0
