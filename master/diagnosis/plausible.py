@@ -34,9 +34,9 @@ def _faults(loaded: LoadedCase, part: PartResult) -> list[str]:
         name = loaded.case.compared[output]
         unit = loaded.case.signals[name].unit
         problems.append(
-            f"{loaded.where('compared', output)}: moves like the model at another size, got {ratio:.3g} times the "
-            f"model with {name!r} in {unit!r}, expected about 1: check unit, scale and sign, also of what "
-            "drives the model"
+            f"{loaded.where('compared', output)}: moves like the model at another size, got {ratio:.3g} "
+            f"times the model with {name!r} in {unit!r}, expected about 1: check unit, scale and sign, also "
+            "of what drives the model"
         )
     return problems
 
