@@ -26,7 +26,8 @@ void kernel_step(Data *data, double t, double h) {
         apply_update(data, t);
     }
     if (N_CONTINUOUS > 0) {
-        const Span span = {t, period, n_substeps(period), 0.0, 1.0};
+        const int n = n_substeps(period);
+        const Span span = {t, period / n, n, 0.0, 1.0};
         integrate(data, &span);
     }
     data->time = t + h;

@@ -87,6 +87,22 @@ def store(address: int, j: int, kind: int, value: float) -> None:
     cell.from_address(int(address) + j * ctypes.sizeof(cell)).value = typed
 
 
+@register_jitable
+def row_at(table: int, width: int, i: int) -> int:
+    """Address of the i-th row of a table, `width` cells of 8 bytes wide."""
+    return table + 8 * width * i
+
+
+def whole(address: int, j: int) -> int:
+    """Read the j-th of whole numbers of 8 bytes from an address on, without a look at bounds."""
+    return ctypes.c_int64.from_address(int(address) + 8 * int(j)).value
+
+
+def copy_cells(target: int, source: int, n: int) -> None:
+    """Copy n cells of 8 bytes from an address to another one."""
+    ctypes.memmove(int(target), int(source), 8 * int(n))
+
+
 _DOUBLE = ir.DoubleType()
 _WIDEST = ir.IntType(64)
 
@@ -154,10 +170,38 @@ def _store_compiled(typing: Any, address: Any, j: Any, kind: Any, value: Any) ->
     return types.none(*[types.int64] * 3, types.float64), generate
 
 
+@intrinsic
+def _whole_compiled(typing: Any, address: Any, j: Any) -> Any:
+    def generate(context: Any, builder: Any, _: Any, arguments: Any) -> Any:
+        return builder.load(_cell(builder, INT64, *arguments))
+
+    return types.int64(*[types.int64] * 2), generate
+
+
+@intrinsic
+def _copy_cells_compiled(typing: Any, target: Any, source: Any, n: Any) -> Any:
+    def generate(context: Any, builder: Any, _: Any, arguments: Any) -> Any:
+        to, start = (_cell(builder, INT64, address, _WIDEST(0)) for address in arguments[:2])
+        cgutils.raw_memcpy(builder, to, start, arguments[2], LARGEST_SIZE)
+        return context.get_dummy_value()
+
+    return types.none(*[types.int64] * 3), generate
+
+
 # numba compares the parameters of both forms, annotations included: so there are none here.
 @overload(load)
 def _(address, j, kind):
     return lambda address, j, kind: _load_compiled(address, j, kind)
+
+
+@overload(whole)
+def _(address, j):
+    return lambda address, j: _whole_compiled(address, j)
+
+
+@overload(copy_cells)
+def _(target, source, n):
+    return lambda target, source, n: _copy_cells_compiled(target, source, n)
 
 
 @overload(store)

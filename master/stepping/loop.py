@@ -12,18 +12,30 @@ import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
-from ..fmi.cells import LARGEST_SIZE, pack, unpack
-from ..fmi.value_types import FLOAT64
+from ..fmi.cells import LARGEST_SIZE, row_at, whole
 from . import calls
-from .operations import MISFIT, asks, channel, close_loop, extrapolate, heed
-from .program import CHANNEL, CHECK, COPY, EXTRAPOLATE, KEEP, SAVE, STEP, WARNING, Memory
+from .operations import channel, close_loop, extrapolate
+from .program import (
+    CHANNEL,
+    CHECK,
+    COPY,
+    COPY_WIDTH,
+    EXTRAPOLATE,
+    KEEP,
+    OPERATION_WIDTH,
+    SAVE,
+    SLAVE_WIDTH,
+    STEP,
+    WARNING,
+    Memory,
+)
+from .turn import ANSWERS, copy, record, turn
 
 DONE, FAILED, OUT_OF_LIMITS, NOT_CONVERGED, TRIGGERED, ENDED = range(6)
 _COMPILED = (
-    *("stepping/loop", "stepping/operations", "stepping/calls", "stepping/program"),
+    *("stepping/loop", "stepping/turn", "stepping/operations", "stepping/calls", "stepping/program"),
     *("fmi/cells", "fmi/value_types"),
 )
-_ANSWERS = 32  # bytes, see `operations.heed`
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -43,52 +55,6 @@ class Watch(NamedTuple):
     limits: Floats
     triggers: Integers
     thresholds: Floats
-
-
-@register_jitable
-def _exchange(slave: tuple[int, int], block: tuple[int, int, int, int], data: int) -> int:
-    """Call a setter or getter: `slave` is (component, version), `block` (function, references, n, values)."""
-    if slave[1] == 2:
-        return calls.exchange(block[0], slave[0], block[1], block[2], data)
-    return calls.exchange_3(block[0], slave[0], block[1], block[2], data, block[3])
-
-
-@register_jitable
-def _set(slave: tuple[int, int], block: tuple[int, int, int, int], kind: int, data: int, typed: int) -> int:
-    """Set a block whose values stand as doubles at `data`; other types pass through memory at `typed`."""
-    if kind == FLOAT64:
-        return _exchange(slave, block, data)
-    if not pack(data, block[3], kind, typed):
-        return MISFIT
-    return _exchange(slave, block, typed)
-
-
-@register_jitable
-def _get(slave: tuple[int, int], block: tuple[int, int, int, int], kind: int, data: int, typed: int) -> int:
-    """Get a block, the other way."""
-    if kind == FLOAT64:
-        return _exchange(slave, block, data)
-    status = _exchange(slave, block, typed)
-    unpack(data, block[3], kind, typed)
-    return status
-
-
-@register_jitable
-def _do_step(
-    slave: tuple[int, int], function: int, step: tuple[float, float], answers: int, state: tuple[int, int]
-) -> tuple[int, int]:
-    """
-    Make the step (t, h) [s]; `state` is (operation at which the end was asked for or -1, this operation).
-
-    Returns:
-        Status and the first of `state` anew; see `heed`.
-    """
-    if slave[1] == 2:
-        return calls.do_step(function, slave[0], step[0], step[1]), state[0]
-    status = calls.do_step_3(function, slave[0], step[0], step[1], answers)
-    if asks(answers):
-        return heed(slave, function, step, answers, (status, state[0], state[1]))
-    return status, state[0]
 
 
 @register_jitable
@@ -145,40 +111,14 @@ def _first_beyond(values: Floats, watch: Watch) -> int:
     return j
 
 
-# The next two are inlined by numba, and `execute` hands no array on in its common branches: a call that does
-# counts references each time.
-@register_jitable(inline="always")
-def _copy(values: Floats, copies: Integers, conversions: Floats, rows: tuple[int, int]) -> None:
-    """Execute rows of `copies`."""
-    for j in range(rows[0], rows[1]):
-        factor, offset = conversions[copies[j, 2], 0], conversions[copies[j, 2], 1]
-        values[copies[j, 1]] = factor * values[copies[j, 0]] + offset
-
-
-@register_jitable(inline="always")
-def _observe(
-    values: Floats, watch: Watch, n_first: int, table: tuple[Floats, int], ended: int
-) -> tuple[int, int]:
-    """
-    Record one row of a table, its first `n_first` signals from as many first values.
-
-    Returns:
-        DONE, or with its first cause OUT_OF_LIMITS, ENDED or TRIGGERED.
-    """
-    rows, row = table
-    n_beyond, trigger = 0, -1
-    for j in range(n_first):
-        rows[row, j] = values[j]
-        n_beyond += not abs(values[j]) <= watch.limits[j]
-    for j in range(n_first, watch.record.size):
-        rows[row, j] = values[watch.record[j]]
-        n_beyond += not abs(values[watch.record[j]]) <= watch.limits[j]
-    if watch.triggers.shape[0] > 0 and n_beyond == 0 and ended < 0:
-        trigger = _triggered(values, watch)
+@register_jitable
+def _outcome(values: Floats, watch: Watch, n_beyond: int, ended: int) -> tuple[int, int]:
+    """DONE, or with its first cause OUT_OF_LIMITS, ENDED or TRIGGERED."""
     if n_beyond > 0:
         return OUT_OF_LIMITS, _first_beyond(values, watch)
     if ended >= 0:
         return ENDED, ended
+    trigger = _triggered(values, watch)
     return (TRIGGERED, trigger) if trigger >= 0 else (DONE, 0)
 
 
@@ -205,45 +145,44 @@ def execute(
         Outcome, number of complete ticks, what it is about (FAILED, ENDED: operation, OUT_OF_LIMITS: signal,
         NOT_CONVERGED: row of `residuals`, TRIGGERED: trigger), FMI status.
     """
-    operations, slaves, blocks = memory.operations, memory.slaves, memory.blocks
-    values, copies, conversions = memory.values, memory.copies, memory.conversions
-    scratch, n_first = np.zeros(_ANSWERS + LARGEST_SIZE * values.size, np.uint8), _n_first(watch.record)
-    (t0, h), data, answers = grid, values.ctypes.data, scratch.ctypes.data
+    values, n_operations, operations = (
+        memory.values,
+        memory.operations.shape[0],
+        memory.operations.ctypes.data,
+    )
+    slaves, blocks, data = memory.slaves.ctypes.data, memory.blocks.ctypes.data, values.ctypes.data
+    copies, conversions = memory.copies.ctypes.data, memory.conversions.ctypes.data
+    scratch = np.zeros(ANSWERS + LARGEST_SIZE * values.size, np.uint8)
+    observed, has_triggers = (watch.record.ctypes.data, watch.limits.ctypes.data), watch.triggers.shape[0] > 0
+    n_recorded, written = (_n_first(watch.record), watch.record.size), rows.ctypes.data
+    (t0, h), room = grid, (data, scratch.ctypes.data)
     for k in range(ticks[0], ticks[1]):
         i, status, worst, ended, row = 0, 0, -1, -1, k - ticks[0]
-        while i < operations.shape[0]:
-            code, every, a, b = operations[i, 0], operations[i, 1], operations[i, 2], operations[i, 3]
+        while i < n_operations:
+            at = row_at(operations, OPERATION_WIDTH, i)
+            code, every, a, b = whole(at, 0), whole(at, 1), whole(at, 2), whole(at, 3)
             if every > 1 and (k + 1) % every != 0:
                 pass
             elif code == COPY:
-                _copy(values, copies, conversions, (a, b))
+                copy(row_at(copies, COPY_WIDTH, a), row_at(copies, COPY_WIDTH, b), conversions, data)
             elif code == STEP:
-                slave, step = (slaves[a, 0], slaves[a, 1]), (t0 + (k + 1 - every) * h, every * h)
-                for j in range(slaves[a, 3], slaves[a, 4]):
-                    if status <= WARNING:
-                        block = (blocks[j, 0], blocks[j, 1], blocks[j, 2], blocks[j, 3])
-                        status = _set(slave, block, blocks[j, 4], data + 8 * blocks[j, 5], answers + _ANSWERS)
-                if general is None:
-                    status = calls.do_step(slaves[a, 2], slave[0], *step) if status <= WARNING else status
-                elif status <= WARNING:
-                    status, ended = _do_step(slave, slaves[a, 2], step, answers, (ended, i))
-                for j in range(slaves[a, 5], slaves[a, 6]):
-                    if status <= WARNING:
-                        block = (blocks[j, 0], blocks[j, 1], blocks[j, 2], blocks[j, 3])
-                        status = _get(slave, block, blocks[j, 4], data + 8 * blocks[j, 5], answers + _ANSWERS)
+                step = (t0 + (k + 1 - every) * h, every * h)
+                status, ended = turn(row_at(slaves, SLAVE_WIDTH, a), blocks, step, room, (ended, i), general)
             elif general is None:
                 pass
             elif code <= CHANNEL:
-                operation = (code, a, b, operations[i, 4], operations[i, 5])
+                operation = (code, a, b, whole(at, 4), whole(at, 5))
                 _move(values, memory.rings, memory.channels, k, operation)
             else:
                 status, i, ended, worst = _iterate(memory, i, ended)
             if worst >= 0 or status > WARNING:
                 return (NOT_CONVERGED, row, worst, 0) if worst >= 0 else (FAILED, row, i, status)
             i += 1
-        outcome, where = _observe(values, watch, n_first, (rows, row), ended)
-        if outcome != DONE:
-            return outcome, row + 1, where, 0
+        n_beyond = record(row_at(written, n_recorded[1], row), data, observed, n_recorded)
+        if n_beyond > 0 or ended >= 0 or has_triggers:
+            outcome, where = _outcome(values, watch, n_beyond, ended)
+            if outcome != DONE:
+                return outcome, row + 1, where, 0
     return DONE, ticks[1] - ticks[0], 0, 0
 
 

@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 COPY, STEP, KEEP, EXTRAPOLATE, CHANNEL, SAVE, RESTORE, CHECK = range(8)
 
+OPERATION_WIDTH, BLOCK_WIDTH, SLAVE_WIDTH, COPY_WIDTH = 6, 6, 7, 3  # cells of a row, see `Memory`
+
 WARNING = 1  # the worst status of FMI with which a run goes on
 
 PASS, FREEZE, DROP = range(3)

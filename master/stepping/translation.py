@@ -13,14 +13,18 @@ from ..fmi.description import Kind, Variable
 from ..fmi.slave import Slave
 from ..system.graph import Port, System, Wire
 from .program import (
+    BLOCK_WIDTH,
     CHANNEL,
     CHECK,
     COPY,
+    COPY_WIDTH,
     EXTRAPOLATE,
     HELD,
     KEEP,
+    OPERATION_WIDTH,
     RESTORE,
     SAVE,
+    SLAVE_WIDTH,
     STEP,
     Memory,
     Program,
@@ -85,10 +89,10 @@ class _Translator:
 
     def _memory(self) -> Memory:
         return Memory(
-            operations=_table(self.operations, 6),
-            blocks=_table(self.blocks, 6),
-            slaves=_table([self._slave(name) for name in self.names], 7),
-            copies=_table(self.copies, 3),
+            operations=_table(self.operations, OPERATION_WIDTH),
+            blocks=_table(self.blocks, BLOCK_WIDTH),
+            slaves=_table([self._slave(name) for name in self.names], SLAVE_WIDTH),
+            copies=_table(self.copies, COPY_WIDTH),
             conversions=np.array(self.conversions, dtype=np.float64).reshape(-1, 2),
             values=self._start_values(),
             rings=np.zeros(self.n_cells),

@@ -13,22 +13,30 @@ static bool is_call_allowed(const Instance *instance, const char *function, int 
            check_arrays(instance, function, n, references, values);
 }
 
-fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Real values[]) {
+static RARE fmi2Status get_reals(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Real values[]) {
     const Access access = {"fmi2GetReal", TYPE_REAL};
     bool is_ok = is_call_allowed(c, access.function, READABLE, n, vr, values);
     for (size_t i = 0; is_ok && i < n; i++) {
-        is_ok = read_value(c, access, vr[i], &values[i]);
+        is_ok = read_any_value(c, access, vr[i], &values[i]);
     }
     return is_ok ? fmi2OK : fmi2Error;
 }
 
-fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Real values[]) {
+static RARE fmi2Status set_reals(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Real values[]) {
     const Access access = {"fmi2SetReal", TYPE_REAL};
-    bool is_ok = is_call_allowed(c, access.function, BEFORE_RUN | STEPPING, n, vr, values);
+    bool is_ok = is_call_allowed(c, access.function, WRITABLE, n, vr, values);
     for (size_t i = 0; is_ok && i < n; i++) {
-        is_ok = write_value(c, access, vr[i], values[i]);
+        is_ok = write_any_value(c, access, vr[i], values[i]);
     }
     return is_ok ? fmi2OK : fmi2Error;
+}
+
+fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Real values[]) {
+    return read_usual(c, TYPE_REAL, vr, n, values) ? fmi2OK : get_reals(c, vr, n, values);
+}
+
+fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Real values[]) {
+    return write_usual(c, TYPE_REAL, vr, n, values) ? fmi2OK : set_reals(c, vr, n, values);
 }
 
 /* FMI 2.0 has one pair of functions for integers and enumerations. */
@@ -51,7 +59,7 @@ fmi2Status fmi2GetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t
 
 fmi2Status fmi2SetInteger(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Integer values[]) {
     static const char function[] = "fmi2SetInteger";
-    bool is_ok = is_call_allowed(c, function, BEFORE_RUN | STEPPING, n, vr, values);
+    bool is_ok = is_call_allowed(c, function, WRITABLE, n, vr, values);
     for (size_t i = 0; is_ok && i < n; i++) {
         is_ok = write_value(c, integer_access(function, vr[i]), vr[i], values[i]);
     }
@@ -71,7 +79,7 @@ fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t
 
 fmi2Status fmi2SetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Boolean values[]) {
     const Access access = {"fmi2SetBoolean", TYPE_BOOLEAN};
-    bool is_ok = is_call_allowed(c, access.function, BEFORE_RUN | STEPPING, n, vr, values);
+    bool is_ok = is_call_allowed(c, access.function, WRITABLE, n, vr, values);
     for (size_t i = 0; is_ok && i < n; i++) {
         is_ok = write_value(c, access, vr[i], values[i] != fmi2False ? 1.0 : 0.0);
     }

@@ -5,7 +5,7 @@
 #include "access.h"
 #include "lifecycle.h"
 
-enum { TIME_REFERENCE = N_VARIABLES, WRITABLE = BEFORE_RUN | STEPPING };
+enum { TIME_REFERENCE = N_VARIABLES };
 
 typedef struct {
     const fmi3ValueReference *references;
@@ -25,27 +25,37 @@ static bool read_real(Instance *instance, Access access, unsigned reference, dou
         *value = instance->now.time;
         return true;
     }
-    return read_value(instance, access, reference, value);
+    return read_any_value(instance, access, reference, value);
+}
+
+static RARE fmi3Status get_reals(Instance *c, Arrays arrays, double *values) {
+    const Access access = {"fmi3GetFloat64", TYPE_REAL};
+    bool is_ok = is_call_allowed(c, access.function, READABLE, arrays);
+    for (size_t i = 0; is_ok && i < arrays.n; i++) {
+        is_ok = read_real(c, access, arrays.references[i], &values[i]);
+    }
+    return is_ok ? fmi3OK : fmi3Error;
+}
+
+static RARE fmi3Status set_reals(Instance *c, Arrays arrays, const double *values) {
+    const Access access = {"fmi3SetFloat64", TYPE_REAL};
+    bool is_ok = is_call_allowed(c, access.function, WRITABLE, arrays);
+    for (size_t i = 0; is_ok && i < arrays.n; i++) {
+        is_ok = write_any_value(c, access, arrays.references[i], values[i]);
+    }
+    return is_ok ? fmi3OK : fmi3Error;
 }
 
 fmi3Status fmi3GetFloat64(fmi3Instance c, const fmi3ValueReference vr[], size_t n, fmi3Float64 values[],
                           size_t n_values) {
-    const Access access = {"fmi3GetFloat64", TYPE_REAL};
-    bool is_ok = is_call_allowed(c, access.function, READABLE, (Arrays){vr, n, values, n_values});
-    for (size_t i = 0; is_ok && i < n; i++) {
-        is_ok = read_real(c, access, vr[i], &values[i]);
-    }
-    return is_ok ? fmi3OK : fmi3Error;
+    const bool is_usual = n == n_values && read_usual(c, TYPE_REAL, vr, n, values);
+    return is_usual ? fmi3OK : get_reals(c, (Arrays){vr, n, values, n_values}, values);
 }
 
 fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference vr[], size_t n, const fmi3Float64 values[],
                           size_t n_values) {
-    const Access access = {"fmi3SetFloat64", TYPE_REAL};
-    bool is_ok = is_call_allowed(c, access.function, WRITABLE, (Arrays){vr, n, values, n_values});
-    for (size_t i = 0; is_ok && i < n; i++) {
-        is_ok = write_value(c, access, vr[i], values[i]);
-    }
-    return is_ok ? fmi3OK : fmi3Error;
+    const bool is_usual = n == n_values && write_usual(c, TYPE_REAL, vr, n, values);
+    return is_usual ? fmi3OK : set_reals(c, (Arrays){vr, n, values, n_values}, values);
 }
 
 fmi3Status fmi3GetInt32(fmi3Instance c, const fmi3ValueReference vr[], size_t n, fmi3Int32 values[],

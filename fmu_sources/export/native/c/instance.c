@@ -1,5 +1,6 @@
 #include "instance.h"
 
+#include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -34,6 +35,7 @@ Instance *instance_create(const char *name) {
         return NULL;
     }
     strcpy(instance->name, name);
+    instance->cut.h = NAN; /* no step is as long as this one */
     instance_reset(instance);
     return instance;
 }

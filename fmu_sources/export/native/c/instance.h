@@ -8,6 +8,13 @@
 #include "model.h"
 #include "text.h"
 
+/* A function for what is not usual: it stays out of the code that runs in every step. */
+#if defined(__GNUC__)
+#define RARE __attribute__((cold, noinline))
+#else
+#define RARE
+#endif
+
 /* Bits, so that a call can name all phases in which it is allowed. */
 typedef enum {
     INSTANTIATED = 1,
@@ -21,6 +28,7 @@ enum {
     BEFORE_RUN = INSTANTIATED | INITIALISING,
     AFTER_START = STEPPING | TERMINATED | FAILED,
     READABLE = INITIALISING | AFTER_START,
+    WRITABLE = BEFORE_RUN | STEPPING,
     ANY_PHASE = INSTANTIATED | READABLE
 };
 
@@ -33,8 +41,18 @@ typedef struct {
     int is_unchecked; /* a parameter was set since the last check */
 } Data;
 
+/* How a communication step of h [s] is cut: n sampling periods [s], each in equal substeps. */
+typedef struct {
+    double h;
+    double period;
+    int n;
+    int n_substeps;
+    double substep; /* s */
+} Cut;
+
 typedef struct Instance {
     Data now;
+    Cut cut; /* of the last step: as a rule, all are cut alike */
     Data preview; /* what initialisation would give; states and outputs are read from it meanwhile */
     bool is_preview_valid;
     char *name;
@@ -51,15 +69,19 @@ void instance_free(Instance *instance);
 void instance_reset(Instance *instance);
 
 /* Write to the importer's logger; always returns false. */
-bool refuse(const Instance *instance, const char *format, ...);
-bool refuse_text(const Instance *instance, const Text *text);
+RARE bool refuse(const Instance *instance, const char *format, ...);
+RARE bool refuse_text(const Instance *instance, const Text *text);
 
 /* Say that the present phase does not allow a call; always returns false. */
-bool refuse_phase(const Instance *instance, const char *function, int phases);
+RARE bool refuse_phase(const Instance *instance, const char *function, int phases);
 
 /* Refuse a call that the present phase does not allow. */
 static inline bool allow(const Instance *instance, const char *function, int phases) {
-    return (instance->now.phase & phases) || refuse_phase(instance, function, phases);
+    if (instance->now.phase & phases) {
+        return true;
+    }
+    refuse_phase(instance, function, phases);
+    return false;
 }
 
 /* Compute the states that follow from inputs and parameters, and the outputs. */

@@ -11,7 +11,6 @@ static const double MOST_SUBSTEPS = 1e9;
 typedef struct {
     const Data *data;
     const Span *span;
-    double h;
     double hold;
 } Stages;
 
@@ -44,10 +43,10 @@ static inline void slope(const Stages *stages, double place, const double *x, do
     const Span *span = stages->span;
     double u[ROOM(N_INPUTS)];
     const double share = span->first + span->share * (place / span->n);
-    const double t = span->t + place * stages->h;
+    const double t = span->t + place * span->h;
     model_derivatives(t, x, inputs_at(stages, share, u), stages->data->values, k);
     for (int i = 0; i < N_CONTINUOUS; i++) {
-        k[i] = stages->h * k[i];
+        k[i] = span->h * k[i];
     }
 }
 
@@ -77,7 +76,7 @@ static inline void substep(const Stages *stages, double place, double x[ROOM(N_C
 
 void integrate(Data *data, const Span *span) {
     const double hold = INPUT_HOLD < 0 ? HOLD_NEW : data->values[PLACE(INPUT_HOLD)];
-    const Stages stages = {data, span, span->period / span->n, hold};
+    const Stages stages = {data, span, hold};
     double *stage = data->values + FIRST_STATE;
     double x[ROOM(N_CONTINUOUS)]; /* apart from the stages, so that they can stay in registers */
     memcpy(x, stage, N_CONTINUOUS * sizeof *x);

@@ -5,10 +5,10 @@
 
 #include "instance.h"
 
-/* The part of a communication step that is integrated: from t over `period`, in n substeps. */
+/* The part of a communication step that is integrated: from t over a period, in n substeps of h. */
 typedef struct {
     double t;
-    double period;
+    double h;
     int n;
     double first; /* share of the communication step at t: 0 at its start */
     double share; /* share of the communication step that `period` is */

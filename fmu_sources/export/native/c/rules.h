@@ -9,12 +9,16 @@
 bool check_rules(const Instance *instance, Data *data);
 
 /* Refuse inputs that are not finite, and parameters that were set since the last check. */
-bool check_inputs(const Instance *instance, Data *data);
+RARE bool check_inputs(const Instance *instance, Data *data);
 
 /* Refuse what the model calls a fault, and states and outputs that are not finite. */
-bool check_results(const Instance *instance, const Data *data);
+RARE bool check_results(const Instance *instance, const Data *data);
 
 /* Whether the model calls the present states a fault at t [s]. */
 bool has_fault(const Data *data, double t);
+
+/* Whether `check_inputs` and `check_results` would find nothing; false also where they have to look closely. */
+bool are_inputs_well(const Data *data);
+bool are_results_well(const Data *data);
 
 #endif

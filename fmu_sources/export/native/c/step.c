@@ -19,24 +19,21 @@ static bool refuse_step(const Instance *instance, const char *what, double got, 
     return refuse_text(instance, &text);
 }
 
+/* Whether a step of h from t begins where the last one ended. */
+static inline bool follows(double now, double t, double h) {
+    return fabs(t - now) <= RELATIVE_TOLERANCE * (fabs(now) + h) && isfinite(t + h);
+}
+
 static bool check_step(const Instance *instance, double t, double h) {
-    const double now = instance->now.time;
     if (!(h > 0.0) || !isfinite(t + h)) {
         return refuse_step(instance, "communication step: not a positive number", h, "above", 0.0);
     }
-    if (!(fabs(t - now) <= RELATIVE_TOLERANCE * (fabs(now) + h))) {
+    if (!follows(instance->now.time, t, h)) {
         return refuse_step(instance, "communication point: not where the last step ended", t, "about",
-                           now);
+                           instance->now.time);
     }
     return true;
 }
-
-/* How a communication step is cut: n sampling periods, each in equal substeps. */
-typedef struct {
-    int n;
-    double period;
-    int n_substeps;
-} Cut;
 
 /* Sampling periods in a step of h [s]: 0 if they are not a whole number or too many to count. */
 static int n_samples(double h, double period) {
@@ -58,18 +55,31 @@ static bool refuse_multiple(const Instance *instance, double h, double period) {
     return refuse_step(instance, text.at, h, "a multiple of", period);
 }
 
-static bool cut_step(const Instance *instance, double h, Cut *cut) {
+static bool cut_step(Instance *instance, double h) {
     const bool is_sampled = SAMPLE_TIME >= 0;
-    cut->period = is_sampled ? instance->now.values[PLACE(SAMPLE_TIME)] : h;
-    cut->n = is_sampled ? n_samples(h, cut->period) : 1;
-    if (cut->n == 0) {
-        return refuse_multiple(instance, h, cut->period);
+    const double period = is_sampled ? instance->now.values[PLACE(SAMPLE_TIME)] : h;
+    const int n = is_sampled ? n_samples(h, period) : 1;
+    if (n == 0) {
+        return refuse_multiple(instance, h, period);
     }
-    cut->n_substeps = N_CONTINUOUS > 0 ? n_substeps(cut->period) : 1;
-    if (cut->n_substeps == 0) {
+    const int n_parts = N_CONTINUOUS > 0 ? n_substeps(period) : 1;
+    if (n_parts == 0) {
         return refuse_step(instance, "communication step: too long", h, "substeps of", LONGEST_SUBSTEP);
     }
+    instance->cut = (Cut){h, period, n, n_parts, period / n_parts};
     return true;
+}
+
+/* Whether `prepare` would find nothing wrong and cut the step as the last one. */
+static inline bool is_like_last(const Instance *instance, double t, double h) {
+    const Data *data = &instance->now;
+    const bool is_as_long = h == instance->cut.h &&
+                            (SAMPLE_TIME < 0 || data->values[PLACE(SAMPLE_TIME)] == instance->cut.period);
+    return is_as_long && are_inputs_well(data) && follows(data->time, t, h);
+}
+
+static RARE bool prepare(Instance *instance, double t, double h) {
+    return check_inputs(instance, &instance->now) && check_step(instance, t, h) && cut_step(instance, h);
 }
 
 static void restart(Data *data) {
@@ -78,19 +88,20 @@ static void restart(Data *data) {
     }
 }
 
-static void advance(Data *data, double t, double h, const Cut *cut) {
+static inline void advance(Data *data, double t, double h, const Cut *cut) {
+    const int n = SAMPLE_TIME >= 0 ? cut->n : 1;
     data->time = t + h;
     restart(data);
-    for (int i = 0; i < cut->n; i++) {
+    for (int i = 0; i < n; i++) {
         const double start = t + i * cut->period;
         if (N_STATES > N_CONTINUOUS) {
             apply_update(data, start);
         }
         if (N_CONTINUOUS > 0) {
-            const Span span = {start, cut->period, cut->n_substeps, (double)i / cut->n, 1.0 / cut->n};
+            const Span span = {start, cut->substep, cut->n_substeps, (double)i / n, 1.0 / n};
             integrate(data, &span);
         }
-        if (i + 1 < cut->n && has_fault(data, start + cut->period)) {
+        if (i + 1 < n && has_fault(data, start + cut->period)) {
             data->time = start + cut->period;
             break;
         }
@@ -101,12 +112,11 @@ static void advance(Data *data, double t, double h, const Cut *cut) {
 
 bool instance_step(Instance *instance, double t, double h) {
     Data *data = &instance->now;
-    Cut cut;
-    if (!check_inputs(instance, data) || !check_step(instance, t, h) || !cut_step(instance, h, &cut)) {
+    if (!is_like_last(instance, t, h) && !prepare(instance, t, h)) {
         return false;
     }
-    advance(data, t, h, &cut);
-    if (!check_results(instance, data)) {
+    advance(data, t, h, &instance->cut);
+    if (!are_results_well(data) && !check_results(instance, data)) {
         data->phase = FAILED;
         return false;
     }
