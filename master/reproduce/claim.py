@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from .measures import MEANINGS
+from .measures import MEANINGS, NOISELESS
 from .runs import Recording, Run, Wanted
 
 HOLDS, CONDITION, FAILS = "holds", "holds with a condition", "does not hold"
@@ -31,9 +31,9 @@ class Bound:
 
     def text(self, name: str, unit: str = "") -> str:
         """Inequality for people."""
-        low, high = (f"{end:g}" + f" {unit}" * bool(unit) for end in (self.low, self.high))
+        low, high = (f"{end:.4g}" + f" {unit}" * bool(unit) for end in (self.low, self.high))
         if math.isfinite(self.low) and math.isfinite(self.high):
-            return f"{self.low:g} < {name} < {high}"
+            return f"{self.low:.4g} < {name} < {high}"
         return f"{name} > {low}" if math.isfinite(self.low) else f"{name} < {high}"
 
 
@@ -64,6 +64,7 @@ class Check:
 
     `combine` makes one number of those of the runs, which `name` names. `why` and `claim` stand over those
     of the claim; `expected` is the verdict that was found when it was written, if not that of the claim.
+    `bound_from` is what the bound follows from other than from the measured value.
     """
 
     id: str
@@ -77,11 +78,16 @@ class Check:
     why: str = ""
     claim: str = ""
     name: str = ""
+    bound_from: str = ""
 
 
 @dataclass(frozen=True)
 class Claim:
-    """What the paper says, where, and the checks that judge it; `if_met` is the verdict if a bound is met."""
+    """
+    What the paper says, where, and the checks that judge it.
+
+    `if_met` is the verdict if a bound is met; `bound_from` stands where a check has none of its own.
+    """
 
     id: str
     place: str
@@ -89,18 +95,21 @@ class Claim:
     why: str
     checks: tuple[Check, ...]
     if_met: str = HOLDS
+    bound_from: str = ""
 
 
 @dataclass(frozen=True)
 class Row:
-    """A judged check; the fields are the keys of `--json`."""
+    """A judged check; the fields are the keys of `--json`. `noise` says what the noise does to the value."""
 
     id: str
     place: str
     claim: str
     bound: str
+    bound_from: str
     measured: float | None
     seeds: int
+    noise: str
     verdict: str
     why: str
 
@@ -144,8 +153,10 @@ def _row(claim: Claim, check: Check, value: float) -> Row:
         place=claim.place,
         claim=f"{check.claim or claim.claim} ({check.case})",
         bound=check.bound.text(check.name or MEANINGS[check.measure], check.unit),
+        bound_from=check.bound_from or claim.bound_from,
         measured=value if math.isfinite(value) else None,
         seeds=len(SEEDS),
+        noise=NOISELESS.get(check.measure, f"worst of {len(SEEDS)} seeds"),
         verdict=claim.if_met if check.bound.holds(value) else FAILS,
         why=check.why or claim.why,
     )

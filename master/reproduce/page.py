@@ -114,15 +114,19 @@ def _claims(content: Content) -> str:
     rows = []
     for claim, judged in content.judged:
         rows.append(
-            f'<tr class="claim" id="claim-{claim.id}"><td colspan="5"><b>{escape(claim.claim)}.</b> '
+            f'<tr class="claim" id="claim-{claim.id}"><td colspan="7"><b>{escape(claim.claim)}.</b> '
             f'<span class="soft">{escape(claim.place)}; {escape(claim.id)}</span></td></tr>'
         )
         rows += [_claim_row(row) for row in judged]
-    heads = ("case", "bound", "measured", "verdict", "why")
+    heads = ("case", "bound", "bound from", "measured", "noise", "verdict", "why")
     return (
-        '<h2 id="claims">Claims</h2><p class="soft">Bounds were written before the runs. The measured '
-        "value is the "
-        "worst of ten noise seeds.</p>" + _summary(content) + "<h3>Every row</h3>" + _table(heads, rows)
+        '<h2 id="claims">Claims</h2><p class="soft">No bound follows from the value measured: the third '
+        "column says what it follows from (physics.md: the project's reference of conventions, numbers of "
+        "another simulation, and criteria). Each value is measured in runs of the FMUs with ten noise seeds, "
+        "the worst of which counts; poles have no noise in them.</p>"
+        + _summary(content)
+        + "<h3>Every row</h3>"
+        + _table(heads, rows)
     )
 
 
@@ -143,8 +147,8 @@ def _summary(content: Content) -> str:
 def _claim_row(row: Row) -> str:
     case = row.claim[row.claim.index(" (") + 2 : -1]
     return (
-        f"<tr><td>{escape(case)}</td><td>{escape(row.bound)}</td>"
-        f'<td class="number">{number(row.measured)}</td>'
+        f"<tr><td>{escape(case)}</td><td>{escape(row.bound)}</td><td>{escape(row.bound_from)}</td>"
+        f'<td class="number">{number(row.measured)}</td><td>{escape(row.noise)}</td>'
         f'<td class="verdict {_CLASS[row.verdict]}">{row.verdict}</td><td>{escape(row.why)}</td></tr>'
     )
 

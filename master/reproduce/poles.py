@@ -148,7 +148,11 @@ def _continuous(z: Any, step: float) -> Complexes:
 
 
 def cancellation(experiment: Experiment) -> float:
-    """Largest distance of the poles that stem from the motion simulator to a zero, over their modulus."""
+    """
+    Largest distance of a pole that stems from the motion simulator to a zero, over |pole|^2 T/2.
+
+    That is the distance by which a backward difference, (1 - exp(-s T))/T = s - s^2 T/2 + ..., misses s.
+    """
     key = _key(experiment)
     _KEYS.setdefault(key, experiment)
     return _cancellation(key)
@@ -162,7 +166,7 @@ def _cancellation(key: Any) -> float:
     loop = _loop(coupled)
     own = loop.poles[np.argmin(np.abs(s[:, None] - loop.poles[None, :]), axis=1)]
     distances = np.abs(own[:, None] - loop.zeros[None, :])
-    return float(np.max(distances.min(axis=1) / np.abs(own)))
+    return float(np.max(distances.min(axis=1) / (0.5 * coupled.step_size * np.abs(own) ** 2)))
 
 
 def cancelled(plane: Plane, tolerance: float = 1e-2) -> tuple[Sequence[bool], Sequence[bool]]:

@@ -34,9 +34,10 @@ def test_every_row_is_judged_as_it_was_found(reproduced):
 
 
 def test_a_row_has_its_keys(reproduced):
-    keys = {"id", "place", "claim", "bound", "measured", "seeds", "verdict", "why"}
+    keys = {"id", "place", "claim", "bound", "bound_from", "measured", "seeds", "noise", "verdict", "why"}
 
     assert all(set(row) == keys for row in reproduced.claims)
+    assert all(row["bound_from"] and row["noise"] for row in reproduced.claims)
 
 
 def test_every_figure_is_a_png_file_too(reproduced):

@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 
+from master.reproduce.cases import KNOWN
 from master.reproduce.claim import (
     CONDITION,
     FAILS,
@@ -31,7 +32,7 @@ RUN = Run("system", "none")
 
 
 def claim(check: Check, if_met: str = HOLDS) -> Claim:
-    return Claim("stable", "Sec. I", "It is stable", "because", (check,), if_met)
+    return Claim("stable", "Sec. I", "It is stable", "because", (check,), if_met, "a formula")
 
 
 def recordings(values):
@@ -76,8 +77,10 @@ def test_a_row_says_what_is_measured_and_its_bound():
         "place": "Sec. I",
         "claim": "It is stable (a case)",
         "bound": "-1.5 < zeta < -0.5",
+        "bound_from": "a formula",
         "measured": -1.0,
         "seeds": 10,
+        "noise": "worst of 10 seeds",
         "verdict": HOLDS,
         "why": "because",
     }
@@ -115,8 +118,27 @@ def test_the_rows_of_the_paper_are_complete(one):
     for check in one.checks:
         assert check.measure in MEASURES
         assert check.measure in MEANINGS
+        assert check.bound_from or one.bound_from
         assert expected_verdict(one, check) in (HOLDS, CONDITION, FAILS)
         assert (check.expected != FAILS) or check.why or one.why
+
+
+def test_a_check_has_its_own_source_of_the_bound_before_that_of_the_claim():
+    check = Check("one", "a case", "fastest_pole", (RUN,), below(0.0), bound_from="another")
+    found = {
+        run: Recording("completed", {"fastest_pole": -1.0}, r.time)
+        for run, r in recordings([0.0] * 10).items()
+    }
+    [row] = judge(claim(check), found)
+
+    assert row.bound_from == "another"
+    assert row.noise.startswith("no noise")
+
+
+def test_what_is_known_without_a_run_is_what_the_formulas_give():
+    """By hand: E2 -10.94 - atan(5.4972 * 0.01) = -14.09 deg; S2 2 * 0.00822/(0.912 sin 30.70) = 0.0353."""
+    assert KNOWN["E2"].phase_of_force("hexapod", 0.01) == pytest.approx(-14.087, abs=1e-3)
+    assert KNOWN["S2"].gain_error("hexapod", 0.00822) == pytest.approx(0.03531, abs=1e-5)
 
 
 def test_no_row_stands_twice():

@@ -17,8 +17,14 @@ from master.reproduce.plot import Curve, Panel
 PANEL = Panel("</script>", "time [s]", "force [N]", [Curve("f", np.arange(3.0), np.arange(3.0))])
 CLAIM = Claim("stable", "Sec. I", "It is <stable>", "because", ())
 ROWS = [
-    Row("stable.one", "Sec. I", "It is <stable> (first case)", "zeta > 0", 0.25, 10, HOLDS, "because"),
-    Row("stable.two", "Sec. I", "It is <stable> (second case)", "zeta > 0", None, 10, CONDITION, "maybe"),
+    Row(
+        *("stable.one", "Sec. I", "It is <stable> (first case)", "zeta > 0", "a formula"),
+        *(0.25, 10, "worst of 10 seeds", HOLDS, "because"),
+    ),
+    Row(
+        *("stable.two", "Sec. I", "It is <stable> (second case)", "zeta > 0", "a formula"),
+        *(None, 10, "no noise", CONDITION, "maybe"),
+    ),
 ]
 ORDERS = [Ordered("the order", 20, ("a.x -> b.u",), 2.0, (-0.1, 0.005), 0.0049)]
 
@@ -43,7 +49,7 @@ def test_text_of_the_data_does_not_end_the_script(page):
 
 
 def test_rows_show_case_bound_value_verdict_and_reason(page):
-    assert "<td>first case</td><td>zeta &gt; 0</td>" in page
+    assert "<td>first case</td><td>zeta &gt; 0</td><td>a formula</td>" in page
     assert '<td class="number">0.25</td>' in page
     assert "It is &lt;stable&gt;" in page
     assert "maybe" in page
