@@ -31,6 +31,8 @@ class Bound:
 
     def text(self, name: str, unit: str = "") -> str:
         """Inequality for people."""
+        if self.low == -self.high and math.isfinite(self.high):
+            return f"|{name}| < {self.high:.4g}" + f" {unit}" * bool(unit)
         low, high = (f"{end:.4g}" + f" {unit}" * bool(unit) for end in (self.low, self.high))
         if math.isfinite(self.low) and math.isfinite(self.high):
             return f"{self.low:.4g} < {name} < {high}"

@@ -26,7 +26,7 @@ def rls_runs(variant: str = "rls", plant: str = HEXAPOD) -> tuple[Run, ...]:
 
 _WORST_INSTANT = (
     "at the worst instant of ten runs the identified response is off by what would take all damping if it "
-    "stayed so; over a period it does not, see the first row"
+    "stayed so; it does not, as the rms of s_des shows"
 )
 
 

@@ -89,7 +89,7 @@ def theory(case: str, time: Floats, name: str, swing: float = 0.0) -> Curve:
     """Give a theoretical process parameter; the stiffness swings by `swing` [N/m] at 1 Hz."""
     k_p = LOOPS[case].k_p + swing * np.sin(2.0 * np.pi * time)
     values = contact.process_parameters(LOOPS[case], STEP, k_p)[:, "abcde".index(name)]
-    return Curve(f"{name}, theory", time, values, DASHED)
+    return Curve(f"{name}, theory", time, values, DASHED, like=name)
 
 
 def identification(case: str, runs: Labelled) -> Draw:

@@ -74,7 +74,7 @@ def _drag(recordings: Recordings) -> Sequence[Panel]:
     )
 
 
-_STIFFNESS = "contact.k_m,compensator.k_m,ideal.k_m=50000:400000:8"
+_STIFFNESS = "contact.k_m,compensator.k_m,ideal.k_m=50000:400000:15"
 _MAPS = (
     (
         "delay that the measured force bears, by stiffness (S1, CFDC)",
@@ -125,9 +125,9 @@ FIGURES = (
         "22",
         "Poles and zeros of the closed loop with CFDC (S1, linear plant)",
         "some poles and zeros cancel, and those that remain are close to the ideal ones",
-        "the same, from the FMUs as they are stepped: the poles of the motion simulator cancel to 3e-4, the "
-        "dominant pole is the ideal one to 1e-5, and the second mode only nearly cancels, as the difference "
-        "equation is right to the first order of the step",
+        "the same, from the FMUs as they are stepped: the poles of the motion simulator cancel to 0.03 %, "
+        "the dominant pole is the ideal one to 0.001 %, and the second mode only nearly cancels, as the "
+        "difference equation is right to the first order of the step",
         {},
         _loop,
     ),

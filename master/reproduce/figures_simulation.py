@@ -99,7 +99,7 @@ FIGURES = (
         "12",
         "Attribute parameters calculated from the process parameters (S1)",
         "seriously distorted, some negative: singular",
-        "the same with L, where every row is distorted; with F one sees the prior through Eq. 16",
+        "the same with L, where nearly every row is distorted; with F one sees the prior through Eq. 16",
         {run: tuple(f"compensator.{n}_id" for n in _ATTRIBUTES) for _, run in _IDENTIFIERS},
         _attributes,
     ),

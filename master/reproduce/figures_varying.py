@@ -60,7 +60,7 @@ FIGURES = (
         "Displacement of the time-varying system with CFDC+DPDC, recursive least squares",
         "the effect of the compensation is poor",
         "the same; with DPDC the correction is small and hides most of it, CFDC alone shows "
-        "0.096 and more against "
+        "0.071 and more against "
         "0.011 with the Kalman filter",
         {run: (S_ACT, S_IDEAL) for _, run in _RLS_RUNS},
         displacement(_RLS_RUNS, 15.0),

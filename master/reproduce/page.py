@@ -71,8 +71,9 @@ def _number_class(cell: str) -> str:
 
 def _head(content: Content) -> str:
     rows = [row for _, judged in content.judged for row in judged]
+    numbers = {v: sum(r.verdict == v for r in rows) for v in _CLASS}
     counts = "".join(
-        f'<span class="{_CLASS[v]}"><b>{sum(r.verdict == v for r in rows)}</b> {v}</span>' for v in _CLASS
+        f'<span class="{_CLASS[v]}"><b>{n}</b> {_of_many(v, n)}</span>' for v, n in numbers.items()
     )
     links = "".join(
         f'<a href="#{place}">{text}</a>'
@@ -113,29 +114,45 @@ def _figures() -> str:
 def _claims(content: Content) -> str:
     rows = []
     for claim, judged in content.judged:
+        bounds = f" Bounds: {escape(claim.bound_from)}." if claim.bound_from else ""
         rows.append(
-            f'<tr class="claim" id="claim-{claim.id}"><td colspan="7"><b>{escape(claim.claim)}.</b> '
-            f'<span class="soft">{escape(claim.place)}; {escape(claim.id)}</span></td></tr>'
+            f'<tr class="claim" id="claim-{claim.id}"><td colspan="5"><b>{escape(claim.claim)}.</b> '
+            f'<span class="soft">{escape(claim.place)}; {escape(claim.id)}</span><br>'
+            f"{escape(_sentence(claim.why))}{bounds}</td></tr>"
         )
-        rows += [_claim_row(row) for row in judged]
-    heads = ("case", "bound", "bound from", "measured", "noise", "verdict", "why")
+        rows += [_claim_row(row, claim) for row in judged]
+    heads = ("case", "bound", "measured", "verdict", "why")
     return (
-        '<h2 id="claims">Claims</h2><p class="soft">No bound follows from the value measured: the third '
-        "column says what it follows from (physics.md: the project's reference of conventions, numbers of "
-        "another simulation, and criteria). Each value is measured in runs of the FMUs with ten noise seeds, "
-        "the worst of which counts; poles have no noise in them.</p>"
+        '<h2 id="claims">Claims</h2><p>No bound follows from the value that is measured: a bound is what '
+        "its claim or the line below it says (physics.md: the project's reference, conventions, criteria "
+        "and numbers of another simulation). Each value comes from runs of the FMUs with ten noise seeds, "
+        "and the worst counts; one with a circle (\u25e6) has no noise in it: a pole of the linearised FMUs, "
+        "or the real docking alone. Where bound or reason are not given they are those of the claim.</p>"
         + _summary(content)
         + "<h3>Every row</h3>"
-        + _table(heads, rows)
+        + _table(heads, rows).replace("<table>", '<table class="rows">', 1)
     )
+
+
+def _sentence(text: str) -> str:
+    """Give a sentence its capital, unless it begins with a symbol."""
+    first = text.split(" ", 1)[0]
+    return f"{text[:1].upper() if first.isalpha() else text[:1]}{text[1:]}."
+
+
+def _of_many(verdict: str, n: int) -> str:
+    """Give a verdict as what so many rows do."""
+    if n == 1:
+        return verdict
+    return verdict.replace("does", "do", 1) if verdict == FAILS else verdict.replace("holds", "hold", 1)
 
 
 def _summary(content: Content) -> str:
     rows = []
     for claim, judged in content.judged:
         verdict = overall(judged)
-        counts = (f"{sum(r.verdict == v for r in judged)} {v}" for v in _CLASS)
-        shown = ", ".join(c for c in counts if not c.startswith("0 "))
+        counts = {v: sum(r.verdict == v for r in judged) for v in _CLASS}
+        shown = ", ".join(f"{n} {_of_many(v, n)}" for v, n in counts.items() if n)
         rows.append(
             f'<tr><td><a href="#claim-{claim.id}">{escape(claim.claim)}</a></td>'
             f"<td>{escape(claim.place)}</td>"
@@ -144,12 +161,17 @@ def _summary(content: Content) -> str:
     return _table(("claim", "place", "as a whole", "rows"), rows)
 
 
-def _claim_row(row: Row) -> str:
+def _claim_row(row: Row, claim: Claim) -> str:
     case = row.claim[row.claim.index(" (") + 2 : -1]
+    own = [
+        text if text != of else "" for text, of in ((row.bound_from, claim.bound_from), (row.why, claim.why))
+    ]
+    source = f'<br><span class="soft">{escape(own[0])}</span>' if own[0] else ""
+    mark = " \u25e6" if row.noise.startswith("no noise") else ""
     return (
-        f"<tr><td>{escape(case)}</td><td>{escape(row.bound)}</td><td>{escape(row.bound_from)}</td>"
-        f'<td class="number">{number(row.measured)}</td><td>{escape(row.noise)}</td>'
-        f'<td class="verdict {_CLASS[row.verdict]}">{row.verdict}</td><td>{escape(row.why)}</td></tr>'
+        f"<tr><td>{escape(case)}</td><td>{escape(row.bound)}{source}</td>"
+        f'<td class="number" title="{escape(row.noise)}">{number(row.measured)}{mark}</td>'
+        f'<td class="verdict {_CLASS[row.verdict]}">{row.verdict}</td><td>{escape(own[1])}</td></tr>'
     )
 
 

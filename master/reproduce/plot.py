@@ -22,12 +22,13 @@ COLUMNS = 700
 
 @dataclass(frozen=True)
 class Curve:
-    """A line or marks; the reference is drawn wide and grey behind the others."""
+    """A line or marks; the reference is wide and grey behind the others; `like` names one of its colour."""
 
     label: str
     x: Floats
     y: Floats
     style: str = LINE
+    like: str = ""
 
 
 @dataclass(frozen=True)
@@ -60,9 +61,10 @@ class Figure:
 
 
 def colours(panel: Panel) -> list[str]:
-    """Give each curve its colour, the references grey."""
+    """Give each curve its colour, the references grey, and what is like another the colour of that."""
     free = iter(COLOURS * 4)
-    return [REFERENCE_COLOUR if c.style == REFERENCE else next(free) for c in panel.curves]
+    own = {c.label: next(free) for c in panel.curves if c.style != REFERENCE and not c.like}
+    return [REFERENCE_COLOUR if c.style == REFERENCE else own[c.like or c.label] for c in panel.curves]
 
 
 def decimated(curve: Curve, columns: int = COLUMNS) -> Curve:

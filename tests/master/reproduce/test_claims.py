@@ -86,6 +86,10 @@ def test_a_row_says_what_is_measured_and_its_bound():
     }
 
 
+def test_a_bound_around_zero_is_one_of_the_magnitude():
+    assert around(0.0, 1.5).text("phase", "deg") == "|phase| < 1.5 deg"
+
+
 def test_numbers_of_several_runs_make_one():
     other = Run("system", "cfdc")
     check = Check("one", "a case", "zeta", (RUN, other), below(1.0), combine=lambda a, b: a / b)

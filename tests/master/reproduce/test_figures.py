@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from master.reproduce.figures import FIGURES, PAPER
-from master.reproduce.plot import CROSS, REFERENCE, Curve, Panel, as_data, colours, decimated
+from master.reproduce.plot import CROSS, DASHED, REFERENCE, Curve, Panel, as_data, colours, decimated
 
 
 def test_every_figure_of_results_is_there():
@@ -43,6 +43,14 @@ def test_the_reference_is_grey_and_takes_no_colour():
     panel = Panel("", "", "", [Curve("ideal", t, t, REFERENCE), Curve("a", t, t), Curve("b", t, t)])
 
     assert colours(panel) == ["#9a9a9a", "#0b6fb8", "#d1495b"]
+
+
+def test_a_theory_has_the_colour_of_what_it_is_the_theory_of():
+    t = np.zeros(2)
+    theory = [Curve(f"{n}, theory", t, t, DASHED, like=n) for n in "ab"]
+    panel = Panel("", "", "", [Curve("a", t, t), Curve("b", t, t), *theory])
+
+    assert colours(panel) == ["#0b6fb8", "#d1495b"] * 2
 
 
 def test_values_that_are_not_finite_are_left_out():

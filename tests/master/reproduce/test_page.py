@@ -49,8 +49,9 @@ def test_text_of_the_data_does_not_end_the_script(page):
 
 
 def test_rows_show_case_bound_value_verdict_and_reason(page):
-    assert "<td>first case</td><td>zeta &gt; 0</td><td>a formula</td>" in page
-    assert '<td class="number">0.25</td>' in page
+    assert '<td>first case</td><td>zeta &gt; 0<br><span class="soft">a formula</span></td>' in page
+    assert '<td class="number" title="worst of 10 seeds">0.25</td>' in page
+    assert '<td class="number" title="no noise">- \u25e6</td>' in page
     assert "It is &lt;stable&gt;" in page
     assert "maybe" in page
 
