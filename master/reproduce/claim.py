@@ -1,4 +1,4 @@
-"""A claim of the paper as data: inequalities over runs, each with what it follows from; and how it is judged."""
+"""A claim of the paper as data: inequalities over runs and what they follow from; and how it is judged."""
 
 from __future__ import annotations
 
