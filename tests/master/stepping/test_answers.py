@@ -3,7 +3,7 @@
 import ctypes
 
 import pytest
-from stubs import _STEP, OK, Block, Stub, bench, clock, variables
+from stubs import OK, STEP, Block, Stub, bench, clock, variables
 
 
 class Answering(Stub):
@@ -14,7 +14,7 @@ class Answering(Stub):
         super().__init__(name, description, law)
 
     def _make_c_functions(self):
-        return super()._make_c_functions() | {"step": _STEP[3](self._answer)}
+        return super()._make_c_functions() | {"step": STEP[3](self._answer)}
 
     def _answer(self, component, t, h, _, *places):
         events, end, early, last = places

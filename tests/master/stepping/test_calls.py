@@ -3,7 +3,7 @@ import ctypes
 import numpy as np
 import pytest
 from numba import njit
-from stubs import _EXCHANGE, _STEP
+from stubs import EXCHANGE, STEP
 
 from master.stepping import calls
 
@@ -51,7 +51,7 @@ def test_a_setter_gets_component_references_and_values(version, call, n_values):
         seen.append((component, [references[i] for i in range(n)], list(given), n_values))
         return ANSWER
 
-    function = _EXCHANGE[version](setter)
+    function = EXCHANGE[version](setter)
     references, values = np.array([7, 9], dtype=np.uint32), np.array([0.5, -1.0])
     data = (references.ctypes.data, 2, values.ctypes.data)
 
@@ -62,7 +62,7 @@ def test_a_setter_gets_component_references_and_values(version, call, n_values):
 @pytest.mark.parametrize("call", [calls.do_step, do_step_compiled])
 def test_a_step_of_fmi_2_gets_time_and_size_and_keeps_no_old_state(call):
     seen = []
-    function = _STEP[2](lambda *a: seen.append(a) or ANSWER)
+    function = STEP[2](lambda *a: seen.append(a) or ANSWER)
 
     assert call(address_of(function), COMPONENT, 0.25, 0.125) == ANSWER
     assert seen == [(COMPONENT, 0.25, 0.125, 1)]
@@ -71,7 +71,7 @@ def test_a_step_of_fmi_2_gets_time_and_size_and_keeps_no_old_state(call):
 @pytest.mark.parametrize("call", [calls.do_step_3, do_step_3_compiled])
 def test_a_step_of_fmi_3_gets_four_cells_for_its_answers(call):
     seen = []
-    function = _STEP[3](lambda *a: seen.append(a) or ANSWER)
+    function = STEP[3](lambda *a: seen.append(a) or ANSWER)
     cells = np.zeros(4)
     places = tuple(cells.ctypes.data + 8 * i for i in range(4))
 

@@ -9,20 +9,14 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from master.coupling.ledger import Ledger, make_ledger
-from master.coupling.schedule import Schedule, make_schedule
 from master.fmi.description import DeclaredDelay, Description, Kind, Variable
 from master.fmi.slave import CInterface
 from master.fmi.units import Unit
 from master.fmi.value_types import BOOLEAN, FLOAT32, FLOAT64, INT32, INT64, INT_BOOLEAN, UINT8
-from master.simulation import Grid, Outcome, RunOptions, simulate
-from master.system.config import Config, LoadedConfig
-from master.system.graph import System, build_system
-from master.system.yaml_lines import Document
 
 Law = Callable[[float, float, dict[str, float]], Mapping[str, float]]
 OK, WARNING, DISCARD, ERROR, FATAL = range(5)
@@ -51,11 +45,11 @@ _TAKEN: dict[Kind, Callable[[Any], Any]] = {
 _FMI_2 = {Kind.REAL: FLOAT64, Kind.INTEGER: INT32, Kind.BOOLEAN: INT_BOOLEAN, Kind.STRING: INT32}
 _P, _N = ctypes.c_void_p, ctypes.c_size_t
 _REFERENCES = ctypes.POINTER(ctypes.c_uint32)
-_EXCHANGE = {
+EXCHANGE = {
     2: ctypes.CFUNCTYPE(ctypes.c_int, _P, _REFERENCES, _N, _P),
     3: ctypes.CFUNCTYPE(ctypes.c_int, _P, _REFERENCES, _N, _P, _N),
 }
-_STEP = {
+STEP = {
     2: ctypes.CFUNCTYPE(ctypes.c_int, _P, ctypes.c_double, ctypes.c_double, ctypes.c_int),
     3: ctypes.CFUNCTYPE(ctypes.c_int, _P, ctypes.c_double, ctypes.c_double, ctypes.c_bool, _P, _P, _P, _P),
 }
@@ -202,7 +196,7 @@ class Stub:
                     self.values[names[references[i]]] = given[i]
                 return OK
 
-            return _EXCHANGE[version](function)
+            return EXCHANGE[version](function)
 
         def getter(kind: int) -> Any:
             def function(__: int, references: Any, n: int, values: int, *_: int) -> int:
@@ -212,172 +206,13 @@ class Stub:
                     wanted[i] = value if kind in (FLOAT64, FLOAT32) else int(value)
                 return OK
 
-            return _EXCHANGE[version](function)
+            return EXCHANGE[version](function)
 
         made: dict[Any, Any] = {("set", kind): setter(kind) for kind in _C_TYPES}
         made |= {("get", kind): getter(kind) for kind in _C_TYPES}
         made |= {"get_state": _STATE_AT(self._get_state), "free_state": _STATE_AT(self._free_state)}
-        return made | {"set_state": _STATE(self._set_state), "step": _STEP[version](self._step)}
+        return made | {"set_state": _STATE(self._set_state), "step": STEP[version](self._step)}
 
 
 def _address(function: Any) -> int:
     return ctypes.cast(function, ctypes.c_void_p).value or 0
-
-
-# Blocks
-
-
-def clock() -> Block:
-    """Output t: the time at the end of the step."""
-    return Block(lambda t, h, v: {"t": t + h}, variables(("t", "output")))
-
-
-def gain(factor: float = 1.0, source: Unit | None = None, target: Unit | None = None) -> Block:
-    """Output y = factor*u at once; the input in the unit `target`, the output in the unit `source`."""
-    ports = variables(("u", "input", {"unit": target}), ("y", "output", {"unit": source}))
-    return Block(lambda t, h, v: {"y": factor * v["u"]}, ports, {"y": ("u",)})
-
-
-def integrator(unit: Unit | None = None) -> Block:
-    """State and output x with x' = u, by the explicit Euler method."""
-    state = {"initial": "exact", "unit": unit}
-    return Block(
-        lambda t, h, v: {"x": v["x"] + h * v["u"]}, variables(("u", "input"), ("x", "output", state))
-    )
-
-
-def growing(factor: float) -> Block:
-    """Output y is `factor` times as large after each step."""
-    ports = variables(("y", "output", {"initial": "exact", "start": "1", "unit": METRE}))
-    return Block(lambda t, h, v: {"y": v["y"] * (factor if h else 1.0)}, ports)
-
-
-def failing(at: float, status: int, message: str = "") -> Block:
-    """A clock that answers with a status in the step that begins at time `at`."""
-
-    def law(t: float, h: float, v: dict[str, float]) -> dict[str, float]:
-        if h and t >= at:
-            raise Refusal(status, message)
-        return {"t": t + h}
-
-    return Block(law, variables(("t", "output")))
-
-
-def calling(function: Callable[[float], object]) -> Block:
-    """A clock that calls a function with the time of each step's begin."""
-
-    def law(t: float, h: float, v: dict[str, float]) -> dict[str, float]:
-        if h:
-            function(t)
-        return {"t": t + h}
-
-    return Block(law, variables(("t", "output")))
-
-
-def typed(version: int = 2, whole: int = INT32, real: int = FLOAT64) -> Block:
-    """Passes on an integer, a Boolean and a real, and counts in an integer."""
-    integer = {"kind": Kind.INTEGER, "value_type": whole, "variability": "discrete"}
-    boolean_type = INT_BOOLEAN if version == 2 else BOOLEAN
-    boolean = {"kind": Kind.BOOLEAN, "value_type": boolean_type, "variability": "discrete"}
-    ports = variables(
-        ("i", "input", integer),
-        ("b", "input", boolean),
-        ("r", "input", {"value_type": real}),
-        ("i_out", "output", integer),
-        ("b_out", "output", boolean),
-        ("r_out", "output", {"value_type": real}),
-        ("count", "output", integer),
-    )
-
-    def law(t: float, h: float, v: dict[str, float]) -> dict[str, float]:
-        passed = {f"{name}_out": v[name] for name in ("i", "b", "r")}
-        return passed | {"count": v["count"] + (1 if h else 0)}
-
-    feedthrough = {f"{name}_out": (name,) for name in ("i", "b", "r")}
-    return Block(law, ports, feedthrough, version=version)
-
-
-def mark(n_inputs: int = 1) -> Block:
-    """Sends the time of its own row and shows what it received when it stepped: seen0, seen1, ..."""
-    places = range(n_inputs)
-    ports = [(f"u{i}", "input") for i in places] + [(f"seen{i}", "output") for i in places]
-
-    def law(t: float, h: float, v: dict[str, float]) -> dict[str, float]:
-        return {"row": t + h} | {f"seen{i}": v[f"u{i}"] for i in places}
-
-    return Block(law, variables(("row", "output"), *ports))
-
-
-# Systems
-
-
-def wire(source: str, target: str, **more: Any) -> dict[str, Any]:
-    """A connection as in the YAML form."""
-    return {"from": source, "to": target, **more}
-
-
-@dataclass
-class Bench:
-    """A system of stubs, scheduled, and the slaves of its latest run."""
-
-    blocks: Mapping[str, Block]
-    loaded: LoadedConfig
-    system: System
-    schedule: Schedule
-    slaves: dict[str, Stub] = field(default_factory=dict)
-
-    @property
-    def step_size(self) -> float:
-        """Step size [s]."""
-        return self.loaded.config.step_size
-
-    @property
-    def ledger(self) -> Ledger:
-        """Its delays."""
-        return make_ledger(self.system, self.schedule, self.step_size)
-
-    def factory(self, name: str, description: Description) -> Stub:
-        """Make one slave."""
-        self.slaves[name] = Stub(name, description, self.blocks[name].law)
-        return self.slaves[name]
-
-    def run(self, n_ticks: int, *, t0: float = 0.0, compiled: bool = False, **more: Any) -> Outcome:
-        """Step it; `limits`, `scenario`, `pacer` and `sink` are those of RunOptions."""
-        self.slaves.clear()
-        options = RunOptions(**{f.name: more.pop(f.name) for f in fields(RunOptions) if f.name in more})
-        return simulate(
-            self.system,
-            self.schedule,
-            Grid(t0, self.step_size, n_ticks),
-            options=options,
-            factory=self.factory,
-            compiled=compiled,
-            **more,
-        )
-
-
-def bench(
-    blocks: Mapping[str, Block],
-    connections: Sequence[Mapping[str, Any]] = (),
-    order: Sequence[str | list[str] | dict[str, Any]] | None = None,
-    *,
-    step_size: float = 1.0,
-    every: Mapping[str, int] | None = None,
-    start: Mapping[str, Mapping[str, float]] | None = None,
-) -> Bench:
-    """Join blocks as a YAML file would; steps of 1 s, so that times are row numbers."""
-    every, start = every or {}, start or {}
-    fmus = {n: {"source": n, "every": every.get(n, 1), "start": dict(start.get(n, {}))} for n in blocks}
-    data = {
-        "name": "bench",
-        "step_size": step_size,
-        "stop_time": step_size,
-        "fmus": fmus,
-        "connections": list(connections),
-        "coupling": {"order": order},
-    }
-    loaded = LoadedConfig(config=Config.model_validate(data), document=Document(Path("bench.yaml"), data))
-    descriptions = {name: block.description(name) for name, block in blocks.items()}
-    system = build_system(loaded, descriptions, {})
-    schedule = make_schedule(system, loaded.config.coupling.order, "coupling.order")
-    return Bench(blocks, loaded, system, schedule)

@@ -1,0 +1,50 @@
+"""Slaves without FMU files, blocks made of them, and systems of blocks."""
+
+from .bench import Bench, bench, wire
+from .blocks import calling, clock, failing, gain, growing, integrator, mark, typed
+from .slave import (
+    CELSIUS,
+    DISCARD,
+    ERROR,
+    EXCHANGE,
+    FATAL,
+    KELVIN,
+    METRE,
+    MILLIMETRE,
+    NEWTON,
+    OK,
+    STEP,
+    WARNING,
+    Block,
+    Stub,
+    variables,
+)
+
+__all__ = [
+    "CELSIUS",
+    "DISCARD",
+    "ERROR",
+    "EXCHANGE",
+    "FATAL",
+    "KELVIN",
+    "METRE",
+    "MILLIMETRE",
+    "NEWTON",
+    "OK",
+    "STEP",
+    "WARNING",
+    "Bench",
+    "Block",
+    "Stub",
+    "bench",
+    "calling",
+    "clock",
+    "failing",
+    "gain",
+    "growing",
+    "integrator",
+    "mark",
+    "typed",
+    "variables",
+    "wire",
+]
