@@ -75,7 +75,7 @@ def run(p, believed, e, q, s0, excitation, noise):
     y = np.zeros(N_STATES)
     y[0], y[3] = s0, p.k_p / (p.k_m + p.k_p) * s0
     y[5] = y[6] = y[SECOND_LAG] = -p.k_m * y[3]
-    s_des, v_des, last_f, h = s0, 0.0, y[5], 1e-4
+    s_des, v_des, last_f, followed, h = s0, 0.0, y[5], s0, 1e-4
     df1 = df2 = ds1 = ds2 = 0.0
     a, b, c, d, e_ = contact_coefficients(believed, T)
     for k in range(n):
@@ -98,6 +98,9 @@ def run(p, believed, e, q, s0, excitation, noise):
         commands[k] = s_cmd
         before = k - int(p.dead_time_ticks + e.simulator_delay)
         command = commands[before] if before >= 0 else s0
+        if e.rate_limit > 0.0:
+            command = followed + min(max(command - followed, -e.rate_limit * tick), e.rate_limit * tick)
+        followed = command
         h = advance(k * tick, (k + 1) * tick, y, command, p, e, h)
         if abs(s_des) > FARTHEST:
             return rows[: k + 1]

@@ -48,7 +48,8 @@ class Effects(NamedTuple):
     inertia: float = 0.0  # mass between contact and sensor [kg]
     mount: float = 0.0  # share that a mode at 25 Hz, damping 2 %, carries
     # motion simulator
-    rate_limit: float = 0.0  # largest commanded velocity [m/s]
+    rate_limit: float = 0.0  # largest rate at which the command is followed [m/s]
+    speed_limit: float = 0.0  # largest velocity that the position loop asks for [m/s]
     simulator_delay: float = 0.0  # more dead time of the command [ticks]
     # spacecraft and compensator
     spacecraft_offset: float = 0.0  # force that is added [N]
@@ -68,9 +69,9 @@ UNLISTED = Effects._fields[Effects._fields.index("hertz") :]
 SUBSYSTEM = {
     **dict.fromkeys(Effects._fields[:11], "contact"),
     **dict.fromkeys(Effects._fields[11:20], "force_sensor"),
-    **dict.fromkeys(Effects._fields[20:22], "motion_simulator"),
+    **dict.fromkeys(Effects._fields[20:23], "motion_simulator"),
     "spacecraft_offset": "spacecraft",
-    **dict.fromkeys(Effects._fields[23:25], "compensator"),
+    **dict.fromkeys(Effects._fields[24:26], "compensator"),
     **dict.fromkeys(UNLISTED[:-1], "contact"),
     "varying_delay": "force_sensor",
 }

@@ -60,8 +60,8 @@ def derivatives(t, y, command, p, e, out):
     """Write the rates of all states into `out`."""
     w = p.velocity_bandwidth
     v_cmd = p.position_gain * (command - y[0])
-    if e.rate_limit > 0.0:
-        v_cmd = min(max(v_cmd, -e.rate_limit), e.rate_limit)
+    if e.speed_limit > 0.0:
+        v_cmd = min(max(v_cmd, -e.speed_limit), e.speed_limit)
     out[0], out[1] = y[1], y[2]
     out[2] = w * w * (v_cmd - y[1]) - 2.0 * p.velocity_damping * w * y[2]
 

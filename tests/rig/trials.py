@@ -39,7 +39,7 @@ SIZES = {
     **{"end_stop": 4e3, "coulomb": 4.0, "stribeck": 5.0, "dahl": 4.0, "presliding": 4.0},
     **{"quadratic_damping": 3e3, "offset": 1.0, "drift": 0.2, "quantisation": 2.0, "mount": 1.0},
     **{"gain": 0.02, "lag": 8e-3, "slow_filter": 8e-3, "delay": 8e-3, "inertia": 6.0},
-    **{"rate_limit": 0.05, "simulator_delay": 2.0, "spacecraft_offset": 5.0},
+    **{"rate_limit": 0.05, "speed_limit": 0.05, "simulator_delay": 2.0, "spacecraft_offset": 5.0},
     **{"command_quantisation": 2e-4, "correction_saturation": 60.0},
     **{"hertz": 2e5, "position_friction": 3.0, "thermal": 0.05, "preisach": 3.0},
     **{"asymmetric_slack": 3e-3, "varying_delay": 4e-3},
