@@ -13,6 +13,7 @@ from fmu_sources.motion_simulator.geometry import leg_lengths
 from fmu_sources.motion_simulator.motion_simulator import MODEL
 from fmu_sources.variables import Role
 
+SAMPLE = 1e-3  # s
 NEUTRAL = (0.0,) * 6
 POSE_STATES = ("x_act", "y_act", "s_act", "roll_act", "pitch_act", "yaw_act")
 N = sum(not (v.sampled or v.restarts) for v in MODEL.group(Role.STATE))
@@ -70,3 +71,14 @@ def response(system, frequency, axis=2):
 def phase(value):
     """Angle [deg]."""
     return math.degrees(cmath.phase(value))
+
+
+def run(instance, n, command=None):
+    """Step n periods with s_cmd = command(t); the displacement after each, shape (n,)."""
+    found = []
+    for k in range(n):
+        if command is not None:
+            instance["s_cmd"] = command(k * SAMPLE)
+        instance.step(k * SAMPLE, SAMPLE)
+        found.append(instance["s_act"])
+    return np.array(found)

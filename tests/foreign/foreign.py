@@ -1,0 +1,29 @@
+"""Runs of foreign FMUs, and where they can be compiled."""
+
+import sys
+
+import pytest
+import yaml
+
+from master.experiment import prepare
+from master.simulation import RunOptions, simulate
+
+COMPILED = [
+    pytest.mark.slow,
+    pytest.mark.skipif(not sys.platform.startswith("linux"), reason="compiles for Linux on x86_64"),
+]
+
+
+def run(tmp_path, fmus, connections=(), **more):
+    """Step for 0.5 s with 0.1 s, along the order of the FMUs."""
+    given = {"name": "foreign", "step_size": 0.1, "stop_time": 0.5, "fmus": fmus}
+    given |= {"connections": list(connections), "coupling": {"order": list(fmus)}} | more
+    file = tmp_path / "system.yaml"
+    file.write_text(yaml.safe_dump(given))
+    experiment = prepare(file)
+    options = RunOptions(scenario=experiment.scenario)
+    return simulate(experiment.system, experiment.schedule, experiment.grid, options=options)
+
+
+def wires(*pairs):
+    return [{"from": source, "to": target} for source, target in pairs]
