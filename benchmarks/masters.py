@@ -17,15 +17,19 @@ from collections.abc import Sequence
 
 import table
 from growth import grow
-from peers import FLOOR, MASTERS, Master, measure
+from peers import FLOOR, MASTERS, OURS, Master, measure
 from systems import Case, docking_loop, ring
 
 SYSTEMS = {
     "docking_loop": docking_loop,
+    "docking_loop_fmi3": lambda: docking_loop("3.0"),
     "ring_5": lambda: ring(5),
     "ring_20": lambda: ring(20),
     "ring_100": lambda: ring(100),
 }
+ALONE = (
+    "docking_loop_fmi3",
+)  # under this master only, beside the floor: the runners of the peers are of FMI 2.0
 
 
 def main() -> None:
@@ -33,7 +37,8 @@ def main() -> None:
     arguments = _arguments()
     rows = []
     for name in arguments.only or SYSTEMS:
-        rows += compare(SYSTEMS[name](), MASTERS, arguments.repetitions)
+        masters = [m for m in MASTERS if name not in ALONE or m.name in (FLOOR, OURS)]
+        rows += compare(SYSTEMS[name](), masters, arguments.repetitions)
     if arguments.docs:
         table.write(rows, grow(arguments.repetitions))
     print(json.dumps(rows) if arguments.json else table.text(rows))

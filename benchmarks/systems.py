@@ -32,8 +32,8 @@ class Case:
     spec: Path
 
 
-def docking_loop() -> Case:
-    """The paper's loop at low frequency: five native FMUs, in the paper's order."""
+def docking_loop(fmi_version: str = "2.0") -> Case:
+    """The paper's loop at low frequency: five native FMUs of one FMI version, in the paper's order."""
     data = yaml.safe_load((PROJECT / "configs" / "low_frequency.yaml").read_text(encoding="utf-8"))
     data["fmus"].pop("ideal")
     for choice in ("identifier", "preset"):  # at their defaults; no peer but FMPy can set an enumeration
@@ -41,9 +41,9 @@ def docking_loop() -> Case:
     data["coupling"]["order"].remove("ideal")
     for given in data["fmus"].values():
         model = given["source"]
-        given["source"] = str(build(native_sources(load(model), *modules(model))))
+        given["source"] = str(build(native_sources(load(model), *modules(model)), fmi_version))
     data = {key: data[key] for key in ("step_size", "fmus", "coupling", "connections")}
-    return write_case("docking_loop", data)
+    return write_case("docking_loop" + _suffix(fmi_version), data)
 
 
 def ring(n: int, link: Link | None = None) -> Case:
@@ -62,12 +62,16 @@ def ring(n: int, link: Link | None = None) -> Case:
     )
 
 
-def build(sources: NativeSources) -> Path:
+def build(sources: NativeSources, fmi_version: str = "2.0") -> Path:
     """Build an FMU with the compiler of this machine, which also compiles the floor."""
-    path = BUILD / f"{sources.model.name}.fmu"
+    path = BUILD / f"{sources.model.name}{_suffix(fmi_version)}.fmu"
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_bytes(pack_native(sources, host_binaries(sources), "2.0"))
+    path.write_bytes(pack_native(sources, host_binaries(sources), fmi_version))
     return path
+
+
+def _suffix(fmi_version: str) -> str:
+    return "" if fmi_version == "2.0" else f"_fmi{fmi_version[0]}"
 
 
 def write_case(name: str, data: dict) -> Case:

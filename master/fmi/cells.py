@@ -16,8 +16,9 @@ import numpy as np
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils
-from numba.extending import intrinsic, overload, register_jitable
+from numba.extending import intrinsic
 
+from ..jit import compiled_form, inner
 from .value_types import (
     BOOLEAN,
     FLOAT32,
@@ -47,7 +48,7 @@ _LEAST = np.array([RANGES.get(kind, (-math.inf, math.inf))[0] for kind in range(
 _LARGEST = np.array([RANGES.get(kind, (-math.inf, math.inf))[1] for kind in range(INT_BOOLEAN + 1)])
 
 
-@register_jitable
+@inner
 def first_misfit(doubles: int, n: int, kind: int) -> int:
     """Count to the first of n doubles at an address that a whole type cannot hold; -1 if there is none."""
     if _LARGEST[kind] < np.inf:
@@ -57,7 +58,7 @@ def first_misfit(doubles: int, n: int, kind: int) -> int:
     return -1
 
 
-@register_jitable
+@inner
 def pack(doubles: int, n: int, kind: int, typed: int) -> bool:
     """Write n doubles at an address as values of a type at another one; False if it does not hold them."""
     if first_misfit(doubles, n, kind) >= 0:
@@ -67,7 +68,7 @@ def pack(doubles: int, n: int, kind: int, typed: int) -> bool:
     return True
 
 
-@register_jitable
+@inner
 def unpack(doubles: int, n: int, kind: int, typed: int) -> None:
     """Read n values of a type at an address into doubles at another address."""
     for j in range(n):
@@ -87,7 +88,7 @@ def store(address: int, j: int, kind: int, value: float) -> None:
     cell.from_address(int(address) + j * ctypes.sizeof(cell)).value = typed
 
 
-@register_jitable
+@inner
 def row_at(table: int, width: int, i: int) -> int:
     """Address of the i-th row of a table, `width` cells of 8 bytes wide."""
     return table + 8 * width * i
@@ -189,21 +190,21 @@ def _copy_cells_compiled(typing: Any, target: Any, source: Any, n: Any) -> Any:
 
 
 # numba compares the parameters of both forms, annotations included: so there are none here.
-@overload(load)
+@compiled_form(load)
 def _(address, j, kind):
     return lambda address, j, kind: _load_compiled(address, j, kind)
 
 
-@overload(whole)
+@compiled_form(whole)
 def _(address, j):
     return lambda address, j: _whole_compiled(address, j)
 
 
-@overload(copy_cells)
+@compiled_form(copy_cells)
 def _(target, source, n):
     return lambda target, source, n: _copy_cells_compiled(target, source, n)
 
 
-@overload(store)
+@compiled_form(store)
 def _(address, j, kind, value):
     return lambda address, j, kind, value: _store_compiled(address, j, kind, value)

@@ -14,7 +14,9 @@ from typing import Any
 
 from llvmlite import ir
 from numba import types
-from numba.extending import intrinsic, overload
+from numba.extending import intrinsic
+
+from ..jit import compiled_form
 
 _INT, _DOUBLE, _POINTER, _SIZE = ctypes.c_int, ctypes.c_double, ctypes.c_void_p, ctypes.c_size_t
 _EXCHANGE = (_INT, _POINTER, _POINTER, _SIZE, _POINTER)
@@ -128,30 +130,30 @@ def _state_compiled(typing: Any, address: Any, component: Any, argument: Any) ->
 
 
 # numba compares the parameters of both forms, annotations included: so there are none here.
-@overload(exchange)
+@compiled_form(exchange)
 def _(address, component, references, n, values):
     return lambda address, component, references, n, values: _exchange_compiled(
         address, component, references, n, values
     )
 
 
-@overload(exchange_3)
+@compiled_form(exchange_3)
 def _(address, component, references, n, values, n_values):
     return lambda address, component, references, n, values, n_values: _exchange_3_compiled(
         address, component, references, n, values, n_values
     )
 
 
-@overload(state)
+@compiled_form(state)
 def _(address, component, argument):
     return lambda address, component, argument: _state_compiled(address, component, argument)
 
 
-@overload(do_step)
+@compiled_form(do_step)
 def _(address, component, t, h):
     return lambda address, component, t, h: _do_step_compiled(address, component, t, h)
 
 
-@overload(do_step_3)
+@compiled_form(do_step_3)
 def _(address, component, t, h, answers):
     return lambda address, component, t, h, answers: _do_step_3_compiled(address, component, t, h, answers)

@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from ..fmi.cells import LARGEST_SIZE, row_at, whole
+from ..jit import inner
 from . import calls
 from .operations import channel, close_loop, extrapolate
 from .program import (
@@ -34,7 +34,7 @@ from .turn import ANSWERS, copy, record, turn
 DONE, FAILED, OUT_OF_LIMITS, NOT_CONVERGED, TRIGGERED, ENDED = range(6)
 _COMPILED = (
     *("stepping/loop", "stepping/turn", "stepping/operations", "stepping/calls", "stepping/program"),
-    *("fmi/cells", "fmi/value_types"),
+    *("fmi/cells", "fmi/value_types", "jit"),
 )
 
 Floats = NDArray[np.float64]
@@ -57,7 +57,7 @@ class Watch(NamedTuple):
     thresholds: Floats
 
 
-@register_jitable
+@inner
 def _move(values: Floats, rings: Floats, channels: Floats, k: int, operation: tuple[int, ...]) -> None:
     """Execute KEEP, EXTRAPOLATE or CHANNEL in tick k."""
     code, a, b, c, d = operation
@@ -72,7 +72,7 @@ def _move(values: Floats, rings: Floats, channels: Floats, k: int, operation: tu
         values[a] = channel(channels[b], rings, c, d, k, values[a])
 
 
-@register_jitable
+@inner
 def _iterate(memory: Memory, i: int, ended: int) -> tuple[int, int, int, int]:
     """Execute SAVE, RESTORE or CHECK; give the status and the results of `close_loop`."""
     code, a, function = memory.operations[i, 0], memory.operations[i, 2], memory.operations[i, 3]
@@ -83,7 +83,7 @@ def _iterate(memory: Memory, i: int, ended: int) -> tuple[int, int, int, int]:
     return calls.state(function, memory.slaves[a, 0], argument), i, ended, -1
 
 
-@register_jitable
+@inner
 def _triggered(values: Floats, watch: Watch) -> int:
     """Give the first trigger that fires and disarm it, or -1."""
     for j in range(watch.triggers.shape[0]):
@@ -94,7 +94,7 @@ def _triggered(values: Floats, watch: Watch) -> int:
     return -1
 
 
-@register_jitable
+@inner
 def _n_first(record: Integers) -> int:
     """Count the signals recorded first that are the first places in order: these are copied as one."""
     n = 0
@@ -103,7 +103,7 @@ def _n_first(record: Integers) -> int:
     return n
 
 
-@register_jitable
+@inner
 def _first_beyond(values: Floats, watch: Watch) -> int:
     j = 0
     while abs(values[watch.record[j]]) <= watch.limits[j]:
@@ -111,7 +111,7 @@ def _first_beyond(values: Floats, watch: Watch) -> int:
     return j
 
 
-@register_jitable
+@inner
 def _outcome(values: Floats, watch: Watch, n_beyond: int, ended: int) -> tuple[int, int]:
     """DONE, or with its first cause OUT_OF_LIMITS, ENDED or TRIGGERED."""
     if n_beyond > 0:

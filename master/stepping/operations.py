@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from ..fmi.cells import load, store
 from ..fmi.value_types import FLOAT64, UINT8
+from ..jit import inner
 from . import calls
 from .program import (
     DELAY,
@@ -35,7 +35,7 @@ STOOD_STILL, WANTED_EVENTS, ENDED_WITHIN, MISFIT = range(101, 105)
 _MULTIPLIER, _MODULUS = 48271, 2147483647
 
 
-@register_jitable
+@inner
 def extrapolate(rings: Floats, first: int, order: int, value: float) -> Any:
     """
     Value one step on, by the polynomial through the present and the `order` last values.
@@ -51,13 +51,13 @@ def extrapolate(rings: Floats, first: int, order: int, value: float) -> Any:
     return 3.0 * value - 3.0 * last + before
 
 
-@register_jitable
+@inner
 def asks(answers: int) -> bool:
     """Whether an FMU 3.0 asks for anything after a step: see `heed`."""
     return load(answers, 0, UINT8) + load(answers, 8, UINT8) + load(answers, 16, UINT8) > 0.0
 
 
-@register_jitable
+@inner
 def heed(
     slave: tuple[int, int],
     function: int,
@@ -97,13 +97,13 @@ def heed(
     return status, ended
 
 
-@register_jitable
+@inner
 def _clear(answers: int) -> None:
     for j in range(4):
         store(answers, j, FLOAT64, 0.0)
 
 
-@register_jitable
+@inner
 def channel(row: Floats, rings: Floats, first: int, n: int, k: int, value: float) -> Any:
     """
     Pass a value through a connection under a scenario: delay, jitter, offset, freeze, drop.
@@ -127,7 +127,7 @@ def channel(row: Floats, rings: Floats, first: int, n: int, k: int, value: float
     return row[HELD]
 
 
-@register_jitable
+@inner
 def close_loop(memory: Memory, loop: int, here: int, ended: int) -> tuple[int, int, int]:
     """
     Decide after a pass over an iterated group whether its wires agree.

@@ -7,10 +7,9 @@ references counted, and an index into it would be looked at for counting from th
 
 from __future__ import annotations
 
-from numba.extending import register_jitable
-
 from ..fmi.cells import copy_cells, load, pack, row_at, store, unpack, whole
 from ..fmi.value_types import FLOAT64
+from ..jit import inlined
 from . import calls
 from .operations import MISFIT, asks, heed
 from .program import BLOCK_WIDTH, COPY_WIDTH, WARNING
@@ -18,7 +17,7 @@ from .program import BLOCK_WIDTH, COPY_WIDTH, WARNING
 ANSWERS = 32  # bytes, see `operations.heed`
 
 
-@register_jitable(inline="always")
+@inlined
 def copy(row: int, behind: int, conversions: int, values: int) -> None:
     """Execute the rows of `copies` from an address to the one behind, between `values`."""
     while row < behind:
@@ -28,7 +27,7 @@ def copy(row: int, behind: int, conversions: int, values: int) -> None:
         row = row_at(row, COPY_WIDTH, 1)
 
 
-@register_jitable(inline="always")
+@inlined
 def record(row: int, values: int, observed: tuple[int, int], n: tuple[int, int]) -> int:
     """
     Record one row of results; all but the two numbers are addresses.
@@ -54,7 +53,7 @@ def record(row: int, values: int, observed: tuple[int, int], n: tuple[int, int])
     return n_beyond
 
 
-@register_jitable(inline="always")
+@inlined
 def turn(
     row: int,
     blocks: int,
@@ -96,7 +95,7 @@ def turn(
     return 0, ended
 
 
-@register_jitable
+@inlined
 def _exchange(slave: tuple[int, int], block: int, data: int) -> int:
     """Call a setter or getter: `slave` is (component, version), `block` the address of its row."""
     function, references, n = whole(block, 0), whole(block, 1), whole(block, 2)
@@ -105,7 +104,7 @@ def _exchange(slave: tuple[int, int], block: int, data: int) -> int:
     return calls.exchange_3(function, slave[0], references, n, data, whole(block, 3))
 
 
-@register_jitable
+@inlined
 def _set(slave: tuple[int, int], block: int, values: int, typed: int) -> int:
     """Set a block from the doubles of the table at `values`; other types pass through memory at `typed`."""
     kind, data = whole(block, 4), row_at(values, 1, whole(block, 5))
@@ -116,7 +115,7 @@ def _set(slave: tuple[int, int], block: int, values: int, typed: int) -> int:
     return _exchange(slave, block, typed)
 
 
-@register_jitable
+@inlined
 def _get(slave: tuple[int, int], block: int, values: int, typed: int) -> int:
     """Get a block, the other way."""
     kind, data = whole(block, 4), row_at(values, 1, whole(block, 5))
@@ -127,7 +126,7 @@ def _get(slave: tuple[int, int], block: int, values: int, typed: int) -> int:
     return status
 
 
-@register_jitable
+@inlined
 def _do_step(
     slave: tuple[int, int], function: int, step: tuple[float, float], answers: int, state: tuple[int, int]
 ) -> tuple[int, int]:

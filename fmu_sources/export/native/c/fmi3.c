@@ -155,13 +155,9 @@ fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 t, fmi3Float64 h, fmi3Boolean 
                       fmi3Float64 *last_time) {
     (void)never_goes_back;
     Instance *instance = c;
-    const fmi3Boolean *flags[] = {needs_event, wants_end, returned_early};
-    for (int i = 0; instance != NULL && i < 3; i++) {
-        if (!check_arrays(instance, "fmi3DoStep", 1, flags[i], last_time)) {
-            return fmi3Error;
-        }
-    }
-    if (instance == NULL || !allow(instance, "fmi3DoStep", STEPPING)) {
+    const bool has_room = needs_event != NULL && wants_end != NULL && returned_early != NULL && last_time != NULL;
+    if (instance == NULL || !check_arrays(instance, "fmi3DoStep", has_room ? 0 : 1, NULL, NULL) ||
+        !allow(instance, "fmi3DoStep", STEPPING)) {
         return fmi3Error;
     }
     *needs_event = *wants_end = *returned_early = fmi3False;

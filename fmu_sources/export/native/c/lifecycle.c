@@ -43,11 +43,8 @@ bool terminate(Instance *instance, const char *function) {
     return true;
 }
 
-bool check_arrays(const Instance *instance, const char *function, size_t n, const void *a, const void *b) {
-    if (n > 0 && (a == NULL || b == NULL)) {
-        return refuse(instance, "%s: got no array, expected one of %lu elements", function, (unsigned long)n);
-    }
-    return true;
+bool refuse_missing(const Instance *instance, const char *function, size_t n) {
+    return refuse(instance, "%s: got no array, expected one of %lu elements", function, (unsigned long)n);
 }
 
 bool check_lengths(const Instance *instance, const char *function, size_t expected, size_t got) {

@@ -15,7 +15,12 @@ bool exit_initialisation(Instance *instance, const char *function);
 bool terminate(Instance *instance, const char *function);
 
 /* Refuse arrays that are missing where they should hold something. */
-bool check_arrays(const Instance *instance, const char *function, size_t n, const void *a, const void *b);
+RARE bool refuse_missing(const Instance *instance, const char *function, size_t n);
+
+static inline bool check_arrays(const Instance *instance, const char *function, size_t n, const void *a,
+                                const void *b) {
+    return n == 0 || (a != NULL && b != NULL) || refuse_missing(instance, function, n);
+}
 
 /* Refuse two array lengths that should be the same. */
 bool check_lengths(const Instance *instance, const char *function, size_t expected, size_t got);
