@@ -51,16 +51,23 @@ class Learned:
         return self.gain.fit
 
 
-def learn(study: Study, chosen: Extended, found: Fit, slots: Sequence[str]) -> Learned | None:
-    """Fit the learned law that explains most beside the effects chosen; None if none promises anything."""
+def learn(
+    study: Study, chosen: Extended, found: Fit, slots: Sequence[str], over: Fit | None = None
+) -> Learned | None:
+    """
+    Fit the learned law that explains most beside the effects chosen; None if none promises anything.
+
+    It starts from the model with the parameters `found`; its gain is that over the fit `over`, else `found`.
+    """
     groups = laws(study, slots)
     if not groups:
         return None
     study.progress(f"{study.bench.part.name}: {len(groups)} laws without a name tried")
-    promising = _promising(study, chosen, found, groups)
+    over = over or found
+    promising = _promising(study, chosen, (found, over), groups)
     study.pool.build([(*chosen.added, p.law.added) for p in promising], study.progress)
     n_tried = sum(map(len, groups))
-    fitted = [_fitted(study, chosen, found, p, n_tried) for p in promising]
+    fitted = [_fitted(study, chosen, (found, over), p, n_tried) for p in promising]
     return max(fitted, key=lambda f: f.gain.mean, default=None)
 
 
@@ -69,13 +76,14 @@ def relearned(study: Study, law: Learned, found: Fit) -> Fit:
     return Descent(study, law.extended, law.promise).fit(found)
 
 
-def _fitted(study: Study, chosen: Extended, found: Fit, promise: Promise, n_tried: int) -> Learned:
+def _fitted(study: Study, chosen: Extended, fits: tuple[Fit, Fit], promise: Promise, n_tried: int) -> Learned:
     """Fit one law, and let it be rougher for as long as that pays on the held-out blocks."""
+    found, over = fits
     extended = _extended(study, chosen, found, promise.law)
     best: Learned | None = None
     while True:
         fitted = Descent(study, extended, promise).fit(found if best is None else best.fit)
-        own = Learned(extended, study.gain(found, fitted), promise, n_tried)
+        own = Learned(extended, study.gain(over, fitted), promise, n_tried)
         if best is not None and own.gain.mean < best.gain.mean + BETTER:
             return best
         best = own
@@ -84,10 +92,12 @@ def _fitted(study: Study, chosen: Extended, found: Fit, promise: Promise, n_trie
         promise = replace(promise, penalty=LOOSER * promise.penalty)
 
 
-def _promising(study: Study, chosen: Extended, found: Fit, groups: Sequence[Sequence[Law]]) -> list[Promise]:
+def _promising(
+    study: Study, chosen: Extended, fits: tuple[Fit, Fit], groups: Sequence[Sequence[Law]]
+) -> list[Promise]:
     """The laws that predict the held-out blocks best by one linear step, each with its best penalty."""
-    values = dict(chosen.fixed) | dict(found.values)
-    regression = _Regression(study, chosen, found)
+    values = dict(chosen.fixed) | dict(fits[0].values)
+    regression = _Regression(study, chosen, fits)
     injections: dict[str, Injection] = {}
     best = []
     for group in groups:
@@ -110,10 +120,10 @@ def _promising(study: Study, chosen: Extended, found: Fit, groups: Sequence[Sequ
 class _Regression:
     """The residual of a fit regressed on a law's answers beside the sensitivities of what is fitted."""
 
-    def __init__(self, study: Study, chosen: Extended, found: Fit) -> None:
-        self.study = study
+    def __init__(self, study: Study, chosen: Extended, fits: tuple[Fit, Fit]) -> None:
+        self.study, (found, over) = study, fits
         self.left = bounded((study.measured - found.predicted) / study.size)
-        self.before = powers(found.predicted - study.measured, study.held_out, study.size)
+        self.before = powers(over.predicted - study.measured, study.held_out, study.size)
         self.own = sensitivities(study, chosen, found)
         self.prior = prior_of(study, chosen)
         self.starts = np.array(

@@ -3,7 +3,9 @@ Names, or a law without a name?
 
 Laws without a name are always tried: alone, and beside the names where there are some. The names stand if no
 law does better alone and none explains much beside them; a law beside them is their remainder. A law that
-does better alone than all names takes their place: what it explains is of no listed kind.
+does better alone than all names takes their place: what it explains is of no listed kind. Where the refit has
+strained the parameters, it has bent the model to stand for what is missing: a law is then sought from the
+values of the system as well.
 """
 
 from __future__ import annotations
@@ -21,6 +23,7 @@ from .study import Extended, Study
 from .tables import Array
 
 SMALL_REMAINDER, NAMED_SHARE = 0.05, 0.8
+STRAIN = 2.0  # deviations of the prior
 
 
 @dataclass(frozen=True)
@@ -60,10 +63,9 @@ class _Rivals:
         return self._share(self.found.fit)
 
     def _share(self, fit: Fit) -> float:
-        if self.beside is None:
-            return 1.0
-        base, own, both = (float(self._power(f).mean()) for f in (self.found.base, fit, self.beside.fit))
-        return (base - own) / max(base - both, 1e-300)
+        laws = [law.fit for law in (self.alone, self.beside) if law is not None]
+        base, own, *others = (float(self._power(f).mean()) for f in (self.found.base, fit, *laws))
+        return (base - own) / max(base - min(own, *others), 1e-300)
 
     def _power(self, fit: Fit) -> Array:
         return powers(fit.predicted - self.study.measured, self.study.held_out, self.study.size)
@@ -73,13 +75,13 @@ def named_or_learned(result: PartResult, found: Found, slots: Sequence[str]) -> 
     """Keep the names, put a law without a name beside them, or in their place."""
     study = result.study
     if not found.extended.added:
-        law = _accepted(learn(study, Extended(), found.base, slots))
+        law = _alone(study, found.base, slots)
         result = replace(result, found=found)
         return result if law is None else _undeclared(result, law)
     beside = _accepted(learn(study, found.extended, found.fit, slots))
     alone = None
-    if beside is not None or _is_crowded(found):
-        alone = _accepted(learn(study, Extended(), found.base, slots))
+    if beside is not None or _is_crowded(found) or _leaves_much(study, found):
+        alone = _alone(study, found.base, slots)
     rivals = _Rivals(study, found, alone, beside)
     left = study.measured - found.fit.predicted
     after = ceiling_of(study, left[:, worst_output(study)], features_of(study))
@@ -93,6 +95,34 @@ def named_or_learned(result: PartResult, found: Found, slots: Sequence[str]) -> 
     if beside is None or not has_remainder:
         return result
     return replace(result, has_remainder=True, learned=beside, chosen=beside.extended, fit=beside.fit)
+
+
+def _alone(study: Study, base: Fit, slots: Sequence[str]) -> Learned | None:
+    """A law without names, from the refitted model or, where that is strained, from the system's values."""
+    law = _accepted(learn(study, Extended(), base, slots))
+    if law is not None or not is_strained(study, base):
+        return law
+    start = study.nominal()
+    other = replace(study, signals={})
+    other.look_into_slots(start)
+    law = learn(other, Extended(), start, slots, over=base)
+    return law and _accepted(replace(law, n_tried=2 * law.n_tried))
+
+
+def is_strained(study: Study, found: Fit) -> bool:
+    """Whether a parameter of the base is at a bound, or farther off than its prior holds possible."""
+    far = [
+        abs(found.values[p.name] - p.start) > STRAIN * p.spread for p in study.base if p.spread is not None
+    ]
+    return any(far) or any(p.name in found.at_bound for p in study.base)
+
+
+def _leaves_much(study: Study, found: Found) -> bool:
+    base, own = (
+        powers(f.predicted - study.measured, study.held_out, study.size).mean()
+        for f in (found.base, found.fit)
+    )
+    return bool(own > (1.0 - NAMED_SHARE) * base)
 
 
 def _is_crowded(found: Found) -> bool:

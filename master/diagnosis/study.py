@@ -139,6 +139,12 @@ class Study:
         )
         return replace(extended, parameters=(*extended.parameters, *own)), better
 
+    def nominal(self) -> Fit:
+        """The base at the values of the system, as a fit."""
+        values = {p.name: p.start for p in self.base}
+        predicted = self.simulate((), values, everything=True)
+        return Fit("system", values, dict.fromkeys(values, 0.0), predicted, np.inf, 0, ())
+
     def gain(self, before: Fit, after: Fit) -> Gain:
         """Gain of one fit over another on the held-out blocks."""
         return over(before, after, self.measured, self.held_out, self.size)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from master.diagnosis.fitting import Fit
-from master.diagnosis.naming import _Rivals
+from master.diagnosis.fitting import Fit, Parameter
+from master.diagnosis.naming import _Rivals, is_strained
 from master.diagnosis.ranking import over
 from master.diagnosis.study import Extended
 from master.diagnosis.variants import Added
@@ -47,6 +48,23 @@ def test_names_stay_beside_a_remainder_of_another_kind():
 
     assert not both.alone_wins
     assert both.named_share == pytest.approx(np.var(FRICTION) / np.var(FRICTION + SPRING), abs=0.1)
+
+
+def test_names_give_way_to_a_law_that_nothing_is_found_beside():
+    better = replace(rivals(SPRING, 0.6 * SPRING, SPRING, SPRING), beside=None)
+
+    assert better.named_share == pytest.approx(1.0 - 0.4**2, abs=0.02)
+    assert better.alone_wins
+
+
+@pytest.mark.parametrize(
+    ("value", "at_bound", "strained"), [(115.0, (), False), (135.0, (), True), (115.0, ("m",), True)]
+)
+def test_refit_strains_a_parameter_that_its_prior_does_not_hold_likely(value, at_bound, strained):
+    study = SimpleNamespace(base=(Parameter("m", 100.0, 50.0, 200.0, spread=15.0), Parameter("k", 1.0)))
+    found = Fit("x", {"m": value, "k": 9.0}, {}, np.zeros((1, 1)), 0.0, 0, at_bound)
+
+    assert is_strained(study, found) is strained
 
 
 def test_several_names_in_one_slot_give_way_only_to_a_law_that_is_better():
