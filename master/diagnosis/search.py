@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import stats
 
-from .fitting import Fit
+from .fitting import Fit, bounded
 from .ranking import ERRORS, SMALLEST_GAIN, Gain, powers
 from .screening import Screened, screened
 from .study import Extended, Study
@@ -26,7 +26,7 @@ AT_MOST = 3
 LONGEST_LIST, FEWEST, SMALLEST_PROMISE = 6, 1, 5e-3
 SAME_PREDICTION = 0.1
 ALPHA = 0.05
-ENOUGH = 5e-3
+ENOUGH, WHITE = 5e-3, 1.5
 MOST_BRANCHES = 2
 NEAR, CLEAR = 0.18, 3.0  # 20 % of what is left; standard errors
 LAG_LIKE = {"extra_lag", "extra_delay", "end_effector_inertia", "mount_resonance"}
@@ -148,7 +148,16 @@ def _power(study: Study, found: Fit) -> Array:
 
 
 def _is_enough(study: Study, base: Fit, found: Fit) -> bool:
-    return bool(_power(study, found).sum() < ENOUGH * _power(study, base).sum())
+    """
+    Whether next to nothing is left, and that as rough as white noise.
+
+    Another effect, small beside the first, would leave a smooth part: mean square far above half of that of
+    the differences between rows.
+    """
+    left = [bounded((found.predicted - study.measured)[b] / study.size) for b in study.held_out]
+    rough = 0.5 * float(np.mean([np.mean(np.diff(e, axis=0) ** 2) for e in left]))
+    power = _power(study, found)
+    return bool(power.sum() < ENOUGH * _power(study, base).sum() and power.mean() < WHITE * rough)
 
 
 def _pruned(study: Study, chosen: Extended, found: Fit) -> tuple[Extended, Fit]:

@@ -9,7 +9,7 @@ import pytest
 
 from master.diagnosis.fitting import Fit
 from master.diagnosis.ranking import gain, over
-from master.diagnosis.search import Ranked, _family, is_accepted, is_beaten, is_worse
+from master.diagnosis.search import Ranked, _family, _is_enough, is_accepted, is_beaten, is_worse
 from master.diagnosis.study import Extended
 from master.diagnosis.variants import Added
 
@@ -82,6 +82,19 @@ def test_what_happens_in_few_blocks_decides_too(study):
     assert is_beaten(study, poor, best)
     assert not is_beaten(study, best, poor)
     assert not is_beaten(study, as_good, best)
+
+
+@pytest.mark.parametrize(
+    ("left", "enough"),
+    [(0.0, True), (1.0, False), (3.0, False)],
+    ids=["noise", "an offset of its size", "an offset of three times its size"],
+)
+def test_search_goes_on_while_something_smooth_is_left(study, left, enough):
+    """However little it is beside the first effect, a hundred times the noise."""
+    noise = np.random.default_rng(7).standard_normal(N)
+    study.measured = np.zeros((N, 1))
+
+    assert _is_enough(study, fitted(100.0 * np.sin(T)), fitted(noise + left)) is enough
 
 
 def test_more_parameters_with_the_same_prediction_are_no_rival(study):
