@@ -14,8 +14,6 @@ from .statistics import Correlation
 from .study import Extended, Study
 from .tables import Array
 
-EXACT = 3e-5
-
 
 @dataclass(frozen=True)
 class PartResult:

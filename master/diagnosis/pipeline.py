@@ -15,7 +15,7 @@ from .final import refitted
 from .fitting import Mask
 from .measured import opened
 from .naming import named_or_learned
-from .part_result import EXACT, PartResult
+from .part_result import PartResult
 from .parts import CutSystem, Part
 from .plausible import implausible
 from .ranking import ERRORS, gain, powers
@@ -117,8 +117,7 @@ def _begun(system: CutSystem, bench: Bench, split: Split, case: Case, progress: 
     nominal = study.simulate((), {}, everything=True)
     base = start(study)
     empty = PartResult(study, nominal, base, Extended(), base)
-    spread = study.measured[rows].std(axis=0)
-    return replace(empty, is_exact=bool(np.all(study.size < EXACT * np.maximum(spread, 1e-300))))
+    return replace(empty, is_exact=study.is_exact(study.size))
 
 
 def _searched(begun: PartResult, system: CutSystem, case: Case) -> PartResult:

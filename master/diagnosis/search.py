@@ -149,12 +149,15 @@ def _power(study: Study, found: Fit) -> Array:
 
 def _is_enough(study: Study, base: Fit, found: Fit) -> bool:
     """
-    Whether next to nothing is left, and that as rough as white noise.
+    Whether next to nothing is left, and that as rough as white noise or no more than rounding.
 
     Another effect, small beside the first, would leave a smooth part: mean square far above half of that of
     the differences between rows.
     """
-    left = [bounded((found.predicted - study.measured)[b] / study.size) for b in study.held_out]
+    errors = [(found.predicted - study.measured)[b] for b in study.held_out]
+    if study.is_exact(np.sqrt(np.mean([np.mean(bounded(e) ** 2, axis=0) for e in errors], axis=0))):
+        return True
+    left = [bounded(e / study.size) for e in errors]
     rough = 0.5 * float(np.mean([np.mean(np.diff(e, axis=0) ** 2) for e in left]))
     power = _power(study, found)
     return bool(power.sum() < ENOUGH * _power(study, base).sum() and power.mean() < WHITE * rough)

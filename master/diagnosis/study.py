@@ -22,6 +22,7 @@ from .variants import Added, Pool
 
 Progress = Callable[[str], None]
 FEW_EVALUATIONS = 4
+EXACT = 3e-5  # of what was measured: what rounding leaves
 
 
 @dataclass(frozen=True)
@@ -138,6 +139,11 @@ class Study:
             if key not in taken
         )
         return replace(extended, parameters=(*extended.parameters, *own)), better
+
+    def is_exact(self, size: Array) -> bool:
+        """Whether errors of such sizes, shape (outputs,), are those of rounding."""
+        spread = self.measured[self.fit_rows].std(axis=0)
+        return bool(np.all(size < EXACT * np.maximum(spread, 1e-300)))
 
     def nominal(self) -> Fit:
         """The base at the values of the system, as a fit."""

@@ -92,9 +92,16 @@ def test_what_happens_in_few_blocks_decides_too(study):
 def test_search_goes_on_while_something_smooth_is_left(study, left, enough):
     """However little it is beside the first effect, a hundred times the noise."""
     noise = np.random.default_rng(7).standard_normal(N)
-    study.measured = np.zeros((N, 1))
+    study.measured, study.is_exact = np.zeros((N, 1)), lambda size: bool(size < 1e-5)
 
     assert _is_enough(study, fitted(100.0 * np.sin(T)), fitted(noise + left)) is enough
+
+
+def test_search_ends_where_rounding_alone_is_left(study):
+    study.measured, study.is_exact = np.zeros((N, 1)), lambda size: bool(size < 1e-5)
+
+    assert _is_enough(study, fitted(100.0 * np.sin(T)), fitted(1e-6 * np.cos(T)))
+    assert not _is_enough(study, fitted(100.0 * np.sin(T)), fitted(1e-4 * np.cos(T)))
 
 
 def test_more_parameters_with_the_same_prediction_are_no_rival(study):
