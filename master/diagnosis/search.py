@@ -26,7 +26,7 @@ AT_MOST = 3
 LONGEST_LIST, FEWEST, SMALLEST_PROMISE = 6, 1, 5e-3
 SAME_PREDICTION = 0.1
 ALPHA = 0.05
-ENOUGH, WHITE = 5e-3, 1.5
+ENOUGH, WHITE, PRECISE = 5e-3, 1.5, 1e-4
 MOST_BRANCHES = 2
 NEAR, CLEAR = 0.18, 3.0  # 20 % of what is left; standard errors
 LAG_LIKE = {"extra_lag", "extra_delay", "end_effector_inertia", "mount_resonance"}
@@ -152,7 +152,7 @@ def _is_enough(study: Study, base: Fit, found: Fit) -> bool:
     Whether next to nothing is left, and that as rough as white noise or no more than rounding.
 
     Another effect, small beside the first, would leave a smooth part: mean square far above half of that of
-    the differences between rows.
+    the differences between rows. Below 1 % of the amplitude it would be one with the faults of the first law.
     """
     errors = [(found.predicted - study.measured)[b] for b in study.held_out]
     if study.is_exact(np.sqrt(np.mean([np.mean(bounded(e) ** 2, axis=0) for e in errors], axis=0))):
@@ -160,7 +160,8 @@ def _is_enough(study: Study, base: Fit, found: Fit) -> bool:
     left = [bounded(e / study.size) for e in errors]
     rough = 0.5 * float(np.mean([np.mean(np.diff(e, axis=0) ** 2) for e in left]))
     power = _power(study, found)
-    return bool(power.sum() < ENOUGH * _power(study, base).sum() and power.mean() < WHITE * rough)
+    share = float(power.sum() / _power(study, base).sum())
+    return share < PRECISE or (share < ENOUGH and bool(power.mean() < WHITE * rough))
 
 
 def _pruned(study: Study, chosen: Extended, found: Fit) -> tuple[Extended, Fit]:
