@@ -101,8 +101,8 @@ def test_search_goes_on_while_something_smooth_is_left(study, left, enough):
 def test_search_ends_where_rounding_alone_is_left(study):
     study.measured, study.is_exact = np.zeros((N, 1)), lambda size: bool(size < 1e-5)
 
-    assert _is_enough(study, fitted(100.0 * np.sin(T)), fitted(1e-6 * np.cos(T)))
-    assert not _is_enough(study, fitted(100.0 * np.sin(T)), fitted(1e-4 * np.cos(T)))
+    assert _is_enough(study, fitted(1e-4 * np.sin(T)), fitted(5e-6 * np.cos(T)))
+    assert not _is_enough(study, fitted(2e-3 * np.sin(T)), fitted(1e-4 * np.cos(T)))
 
 
 def test_more_parameters_with_the_same_prediction_are_no_rival(study):
