@@ -23,6 +23,7 @@ from .tables import Array
 from .variants import Added
 
 AT_MOST = 3
+PRECISELY = (60, 1e-8)  # evaluations, tolerance
 LONGEST_LIST, FEWEST, SMALLEST_PROMISE = 6, 1, 5e-3
 SAME_PREDICTION = 0.1
 ALPHA = 0.05
@@ -109,7 +110,7 @@ def search(study: Study, base: Fit, wanted: Sequence[Added], at_most: int = AT_M
         if pruned.added != chosen.added:
             chosen, ahead = pruned, None
     if chosen.added:
-        found = study.fitted(chosen, [found.values], 30, 1e-8)
+        found = study.fitted(chosen, [found.values], *PRECISELY)
     return Found(base, chosen, found, tuple(rounds))
 
 
@@ -193,9 +194,21 @@ def _round(study: Study, before: Fit, promising: Sequence[Screened], n_tried: in
         study.progress(f"{study.bench.part.name}: fit of {s.extended.name}")
         found = study.fitted(s.extended, s.starts, known=s.known)
         ranked.append(Ranked(s.extended, study.gain(before, found)))
-    ranked.sort(key=lambda r: -r.gain.mean)
-    accepted = [r for r in ranked if is_accepted(r.gain, n_tried, is_first=is_first)]
-    return Round(before, tuple(ranked), tuple(_family(study, before, accepted)))
+    accepted = [r for r in _best_first(ranked) if is_accepted(r.gain, n_tried, is_first=is_first)]
+    refined = [_refined(study, before, r) for r in _family(study, before, accepted)]
+    others = [r for r in ranked if r.name not in {own.name for own in refined}]
+    family = _family(study, before, _best_first(refined))
+    return Round(before, tuple(_best_first([*others, *refined])), tuple(family))
+
+
+def _best_first(ranked: Sequence[Ranked]) -> list[Ranked]:
+    return sorted(ranked, key=lambda r: -r.gain.mean)
+
+
+def _refined(study: Study, before: Fit, r: Ranked) -> Ranked:
+    """Fit a member of a family to the end: what a first fit leaves would pass for another effect."""
+    found = study.fitted(r.extended, [r.gain.fit.values], *PRECISELY)
+    return replace(r, gain=study.gain(before, found)) if found.cost < r.gain.fit.cost else r
 
 
 def is_accepted(found: Gain, n_tried: int, *, is_first: bool = True) -> bool:
