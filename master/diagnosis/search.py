@@ -27,7 +27,7 @@ PRECISELY = (60, 1e-8)  # evaluations, tolerance
 LONGEST_LIST, FEWEST, SMALLEST_PROMISE = 6, 1, 5e-3
 SAME_PREDICTION = 0.1
 ALPHA = 0.05
-ENOUGH, WHITE, PRECISE = 5e-3, 1.5, 1e-4
+ENOUGH, WHITE, PRECISE = 5e-3, 1.5, 2.5e-3
 MOST_BRANCHES = 2
 NEAR, CLEAR = 0.18, 3.0  # 20 % of what is left; standard errors
 LAG_LIKE = {"extra_lag", "extra_delay", "end_effector_inertia", "mount_resonance"}
@@ -153,7 +153,7 @@ def _is_enough(study: Study, base: Fit, found: Fit) -> bool:
     Whether next to nothing is left, and that as rough as white noise or no more than rounding.
 
     Another effect, small beside the first, would leave a smooth part: mean square far above half of that of
-    the differences between rows. Below 1 % of the amplitude it would be one with the faults of the first law.
+    the differences between rows. Below 5 % of the amplitude it would be one with the faults of the first law.
     """
     errors = [(found.predicted - study.measured)[b] for b in study.held_out]
     if study.is_exact(np.sqrt(np.mean([np.mean(bounded(e) ** 2, axis=0) for e in errors], axis=0))):

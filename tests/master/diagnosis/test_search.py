@@ -90,19 +90,19 @@ def test_what_happens_in_few_blocks_decides_too(study):
     ids=["noise", "an offset of its size", "an offset of three times its size"],
 )
 def test_search_goes_on_while_something_smooth_is_left(study, left, enough):
-    """Down to a hundredth of the first effect, forty times the noise."""
+    """Down to a twentieth of the first effect, twelve times the noise."""
     noise = np.random.default_rng(7).standard_normal(N)
     study.measured, study.is_exact = np.zeros((N, 1)), lambda size: bool(size < 1e-5)
 
-    assert _is_enough(study, fitted(40.0 * np.sin(T)), fitted(noise + left)) is enough
+    assert _is_enough(study, fitted(20.0 * np.sin(T)), fitted(noise + left)) is enough
     assert _is_enough(study, fitted(1e3 * np.sin(T)), fitted(noise + left))
 
 
 def test_search_ends_where_rounding_alone_is_left(study):
     study.measured, study.is_exact = np.zeros((N, 1)), lambda size: bool(size < 1e-5)
 
-    assert _is_enough(study, fitted(1e-4 * np.sin(T)), fitted(5e-6 * np.cos(T)))
-    assert not _is_enough(study, fitted(2e-3 * np.sin(T)), fitted(1e-4 * np.cos(T)))
+    assert _is_enough(study, fitted(8e-5 * np.sin(T)), fitted(5e-6 * np.cos(T)))
+    assert not _is_enough(study, fitted(1.6e-3 * np.sin(T)), fitted(1e-4 * np.cos(T)))
 
 
 def test_more_parameters_with_the_same_prediction_are_no_rival(study):
