@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import stats
 
-from .fitting import Fit, bounded
+from .fitting import Fit
 from .ranking import ERRORS, SMALLEST_GAIN, Gain, powers
 from .screening import Screened, screened
 from .study import Extended, Study
@@ -27,7 +27,7 @@ PRECISELY = (60, 1e-8)  # evaluations, tolerance
 LONGEST_LIST, FEWEST, SMALLEST_PROMISE = 6, 1, 5e-3
 SAME_PREDICTION = 0.1
 ALPHA = 0.05
-ENOUGH, WHITE, PRECISE = 5e-3, 1.5, 2.5e-3
+ENOUGH = 5e-3
 MOST_BRANCHES = 2
 NEAR, CLEAR = 0.18, 3.0  # 20 % of what is left; standard errors
 LAG_LIKE = {"extra_lag", "extra_delay", "end_effector_inertia", "mount_resonance"}
@@ -149,20 +149,8 @@ def _power(study: Study, found: Fit) -> Array:
 
 
 def _is_enough(study: Study, base: Fit, found: Fit) -> bool:
-    """
-    Whether next to nothing is left, and that as rough as white noise or no more than rounding.
-
-    Another effect, small beside the first, would leave a smooth part: mean square far above half of that of
-    the differences between rows. Below 5 % of the amplitude it would be one with the faults of the first law.
-    """
-    errors = [(found.predicted - study.measured)[b] for b in study.held_out]
-    if study.is_exact(np.sqrt(np.mean([np.mean(bounded(e) ** 2, axis=0) for e in errors], axis=0))):
-        return True
-    left = [bounded(e / study.size) for e in errors]
-    rough = 0.5 * float(np.mean([np.mean(np.diff(e, axis=0) ** 2) for e in left]))
-    power = _power(study, found)
-    share = float(power.sum() / _power(study, base).sum())
-    return share < PRECISE or (share < ENOUGH and bool(power.mean() < WHITE * rough))
+    """Whether next to nothing is left: less than a fourteenth of the amplitude."""
+    return bool(_power(study, found).sum() < ENOUGH * _power(study, base).sum())
 
 
 def _pruned(study: Study, chosen: Extended, found: Fit) -> tuple[Extended, Fit]:
