@@ -36,6 +36,5 @@ EFFECT = Effect(
     scale=lambda rms: {"limit": rms.position, "width": 0.01 * rms.position},
     needs=("position",),
     places=MECHANICAL,
-    held=("width",),
     variants=({"side": 1.0}, {"side": -1.0}),
 )

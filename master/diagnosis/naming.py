@@ -14,11 +14,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from .evidence import ceiling_of, features_of, worst_output
+from .families import is_accepted, is_beaten
 from .fitting import Fit
 from .learning import Learned, learn
 from .part_result import PartResult
 from .ranking import powers
-from .search import Found, is_accepted, is_beaten
+from .search import Found
 from .study import Extended, Study
 from .tables import Array
 

@@ -6,7 +6,8 @@ import itertools
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
-from .search import Found, Round, is_beaten
+from .families import is_beaten
+from .search import Found, Round
 from .study import Extended, Study
 from .variants import Added, fixed_values, parameters
 

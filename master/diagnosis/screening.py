@@ -16,6 +16,8 @@ import numpy as np
 from fmu_sources.effects.common import NEVER
 
 from .fitting import STEP, Fit, Parameter, bounded
+from .injection import Injection
+from .periods import likely_periods
 from .steps import likely_steps
 from .study import Extended, Study
 from .tables import Array
@@ -23,6 +25,7 @@ from .variants import Added, fixed_values, parameters
 
 FACTORS = (0.1, 0.3, 1.0, 3.0)
 FACTORS_OF_TIME = (0.1, 0.3, 0.6, 0.9, 1.2, 1.6, 2.2, 3.0)  # a delay of held values has several minima
+FACTORS_OF_FREQUENCY = (0.1, 0.2, 0.4, 0.6, 1.0, 1.6, 2.5, 4.0)  # a resonance is seen from nearby only
 RESPONSE_STEP = 1e-4
 PROBE = 0.02
 N_STARTS = 4
@@ -147,6 +150,8 @@ def _best(study: Study, tangent: Tangent, added: Added) -> Screened | None:
         )
         if added.effect == "quantisation":
             tried = [{own[0].name: step} for step in _steps(study, tangent, added)]
+        if added.effect == "ripple":
+            tried = [{p.name: period} for p in shapes for period in _periods(study, tangent, added)] or tried
         for at in tried:
             gain, sized = _sized(tangent, extended, added, at)
             found.append((gain, extended, {**at, **sized}))
@@ -163,7 +168,10 @@ def _factors(added: Added, shapes: Sequence[Parameter]) -> tuple[float, ...]:
     """Sizes to try of the shapes, over their scale."""
     if not shapes:
         return (1.0,)
-    return FACTORS_OF_TIME if {_unit(added, p.name) for p in shapes} == {"s"} else FACTORS
+    units = {_unit(added, p.name) for p in shapes}
+    if "Hz" in units:
+        return FACTORS_OF_FREQUENCY
+    return FACTORS_OF_TIME if units == {"s"} else FACTORS
 
 
 def _steps(study: Study, tangent: Tangent, added: Added) -> list[float]:
@@ -174,6 +182,20 @@ def _steps(study: Study, tangent: Tangent, added: Added) -> list[float]:
         if np.ptp(value) > 0.0 and np.corrcoef(predicted, value)[0, 1] > SAME:
             return likely_steps(predicted, study.measured[study.fit_rows, i] - predicted)
     return []
+
+
+def _periods(study: Study, tangent: Tangent, added: Added) -> list[float]:
+    """Likely periods along the way, where the part is linear around its replay."""
+    slot = f"{added.fmu}.{added.slot}"
+    at = Injection(study, slot, tangent.base_values)
+    if not at.is_linear:
+        return []
+
+    def gain(functions: Array) -> float:
+        answers = bounded(at.answer(functions)[study.fit_rows])
+        return tangent.gain([answers[..., i].ravel() for i in range(2)], [-np.inf, -np.inf])[0]
+
+    return likely_periods(study.signals[slot]["position"], gain, N_STARTS)
 
 
 def _sized(

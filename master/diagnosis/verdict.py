@@ -9,11 +9,11 @@ import numpy as np
 
 from fmu_sources.effects.catalogue import listed
 
+from .families import Ranked
 from .part_result import PartResult
 from .pipeline import Diagnosis
 from .rewriting import AND
 from .sealed import SealedPart
-from .search import Ranked
 
 TRACED, PARTLY, UNDECLARED = "traced", "partly, with an undeclared remainder", "undeclared"
 UNNAMED = "a law without a name explains more"

@@ -50,10 +50,13 @@ def past(history, k, delay):
 
 @numba.njit(cache=True)
 def sensed(lagged, k, t, e):
-    """Force [N] after delay, gain, offset and drift of the sensor."""
+    """Force [N] after delay, gain, offset, drift and the end of the sensor's range."""
     delay = e.delay + e.varying_delay * (0.5 - 0.5 * math.cos(2.0 * math.pi * 0.7 * t))
     f = past(lagged, k, delay / 1e-3) if delay > 0.0 else lagged[k]
-    return rounded(f * (1.0 + e.gain) + e.offset + e.drift * t, e.quantisation)
+    f = f * (1.0 + e.gain) + e.offset + e.drift * t
+    if e.force_limit > 0.0:
+        f = min(max(f, -e.force_limit), e.force_limit)
+    return rounded(f, e.quantisation)
 
 
 @numba.njit(cache=True)
@@ -101,6 +104,7 @@ def run(p, believed, e, q, s0, excitation, noise):
         if e.rate_limit > 0.0:
             command = followed + min(max(command - followed, -e.rate_limit * tick), e.rate_limit * tick)
         followed = command
+        command *= 1.0 + e.simulator_gain
         h = advance(k * tick, (k + 1) * tick, y, command, p, e, h)
         if abs(s_des) > FARTHEST:
             return rows[: k + 1]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 
@@ -37,6 +38,9 @@ class Effects(NamedTuple):
     dahl: float = 0.0  # force [N], builds up over 0.2 mm
     presliding: float = 0.0  # slip force [N] behind a spring that yields 0.3 mm
     quadratic_damping: float = 0.0  # [N s2/m2]
+    asymmetric_friction: float = 0.0  # [N] in forward motion, a third of it backward
+    load_friction: float = 0.0  # share of the rope's force
+    ripple: float = 0.0  # force [N] that repeats every 0.7 mm
     # sensor
     offset: float = 0.0  # [N]
     drift: float = 0.0  # [N/s]
@@ -47,10 +51,12 @@ class Effects(NamedTuple):
     quantisation: float = 0.0  # [N]
     inertia: float = 0.0  # mass between contact and sensor [kg]
     mount: float = 0.0  # share that a mode at 25 Hz, damping 2 %, carries
+    force_limit: float = 0.0  # end of the sensor's range [N]
     # motion simulator
     rate_limit: float = 0.0  # largest rate at which the command is followed [m/s]
     speed_limit: float = 0.0  # largest velocity that the position loop asks for [m/s]
     simulator_delay: float = 0.0  # more dead time of the command [ticks]
+    simulator_gain: float = 0.0  # of the command, relative
     # spacecraft and compensator
     spacecraft_offset: float = 0.0  # force that is added [N]
     command_quantisation: float = 0.0  # [m]
@@ -66,15 +72,21 @@ class Effects(NamedTuple):
 
 LISTED = Effects._fields[: Effects._fields.index("hertz")]
 UNLISTED = Effects._fields[Effects._fields.index("hertz") :]
-SUBSYSTEM = {
-    **dict.fromkeys(Effects._fields[:11], "contact"),
-    **dict.fromkeys(Effects._fields[11:20], "force_sensor"),
-    **dict.fromkeys(Effects._fields[20:23], "motion_simulator"),
-    "spacecraft_offset": "spacecraft",
-    **dict.fromkeys(Effects._fields[24:26], "compensator"),
-    **dict.fromkeys(UNLISTED[:-1], "contact"),
-    "varying_delay": "force_sensor",
+FIRST_OF = {
+    **{"slack": "contact", "offset": "force_sensor", "rate_limit": "motion_simulator"},
+    **{"spacecraft_offset": "spacecraft", "command_quantisation": "compensator"},
+    **{"hertz": "contact", "varying_delay": "force_sensor"},
 }
+
+
+def _subsystems() -> Iterator[tuple[str, str]]:
+    current = ""
+    for kind in Effects._fields:
+        current = FIRST_OF.get(kind, current)
+        yield kind, current
+
+
+SUBSYSTEM = dict(_subsystems())
 
 
 class Recorder(NamedTuple):

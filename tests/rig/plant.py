@@ -19,6 +19,7 @@ PLAY_WIDTHS = np.array([0.2e-3, 0.4e-3, 0.7e-3, 1.1e-3, 1.6e-3, 2.4e-3])
 PLAY_WEIGHTS = np.array([0.35, 0.05, 0.25, 0.05, 0.2, 0.1]) / 1e-3
 MOUNT, MOUNT_DAMPING = 2.0 * math.pi * 25.0, 0.02
 V_0 = 1e-3
+PITCH = 0.7e-3
 
 
 @numba.njit(cache=True)
@@ -40,11 +41,13 @@ def rope(t, r, der_r, y, p, e):
 
 
 @numba.njit(cache=True)
-def guide(x_e, v, y, e):
+def guide(x_e, v, load, y, e):
     """Friction of the guide [N], positive against positive velocity."""
     sign = math.tanh(v / V_0)
     f = e.coulomb * sign + e.stribeck * math.exp(-((v / 5e-3) ** 2)) * sign
     f += e.quadratic_damping * v * abs(v) + e.dahl * y[9] + e.presliding * y[10]
+    f += e.asymmetric_friction * (sign if v > 0.0 else sign / 3.0) + e.load_friction * abs(load) * sign
+    f += e.ripple * math.sin(2.0 * math.pi * x_e / PITCH)
     return f + e.position_friction * (1.0 + math.sin(x_e / 4e-4)) * sign
 
 
@@ -68,7 +71,8 @@ def derivatives(t, y, command, p, e, out):
     r, der_r = y[0] - y[3], y[1] - y[4]
     f_act = -p.k_m * y[3] - p.c_m * y[4]
     out[3] = y[4]
-    out[4] = (f_act + rope(t, r, der_r, y, p, e) - guide(y[3], y[4], y, e)) / p.m_e
+    f_rope = rope(t, r, der_r, y, p, e)
+    out[4] = (f_act + f_rope - guide(y[3], y[4], f_rope, y, e)) / p.m_e
 
     f_felt = f_act + e.inertia * out[4]
     out[6] = y[7]

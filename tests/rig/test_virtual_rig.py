@@ -25,7 +25,8 @@ SIZES = {
     },
     **{"coulomb": 4.0, "stribeck": 5.0, "dahl": 4.0, "presliding": 4.0, "quadratic_damping": 300.0},
     **{"offset": 1.0, "drift": 0.2, "gain": 0.02, "lag": 2e-3, "delay": 2e-3, "quantisation": 2.0},
-    "slow_filter": 2e-3,
+    **{"asymmetric_friction": 5.0, "load_friction": 0.05, "ripple": 3.0, "force_limit": 80.0},
+    **{"simulator_gain": 0.01, "slow_filter": 2e-3},
     **{
         "inertia": 3.0,
         "mount": 0.5,

@@ -37,7 +37,15 @@ CASE = Path(__file__).parents[2] / "configs" / "measured" / "docking_rig.yaml"
 SIZES = {
     **{"slack": 3e-3, "cubic": 2e8, "quadratic_stiffness": 5e5, "backlash": 5e-5, "bouc_wen": 5.0},
     **{"end_stop": 4e3, "coulomb": 4.0, "stribeck": 5.0, "dahl": 4.0, "presliding": 4.0},
-    **{"quadratic_damping": 3e3, "offset": 1.0, "drift": 0.2, "quantisation": 2.0, "mount": 1.0},
+    **{"asymmetric_friction": 5.0, "load_friction": 0.05, "ripple": 3.0, "force_limit": 80.0},
+    **{
+        "simulator_gain": 0.01,
+        "quadratic_damping": 3e3,
+        "offset": 1.0,
+        "drift": 0.2,
+        "quantisation": 2.0,
+        "mount": 1.0,
+    },
     **{"gain": 0.02, "lag": 8e-3, "slow_filter": 8e-3, "delay": 8e-3, "inertia": 6.0},
     **{"rate_limit": 0.05, "speed_limit": 0.05, "simulator_delay": 2.0, "spacecraft_offset": 5.0},
     **{"command_quantisation": 2e-4, "correction_saturation": 60.0},

@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 from fmu_sources.effects.effect import Rms
+from master.diagnosis.families import Ranked
 from master.diagnosis.fitting import Fit
 from master.diagnosis.ranking import over
 from master.diagnosis.rewriting import with_rewritings
-from master.diagnosis.search import Found, Ranked, Round
+from master.diagnosis.search import Found, Round
 from master.diagnosis.study import Extended
 from master.diagnosis.variants import Added
 

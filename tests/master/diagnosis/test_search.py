@@ -7,9 +7,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from master.diagnosis.families import Ranked, family, is_accepted, is_beaten, is_worse
 from master.diagnosis.fitting import Fit
 from master.diagnosis.ranking import gain, over
-from master.diagnosis.search import Ranked, _family, _is_enough, is_accepted, is_beaten, is_worse
+from master.diagnosis.search import _is_enough
 from master.diagnosis.study import Extended
 from master.diagnosis.variants import Added
 
@@ -94,19 +95,19 @@ def test_search_ends_where_next_to_nothing_is_left(study):
 def test_more_parameters_with_the_same_prediction_are_no_rival(study):
     simple, contained = ranked(0.5, 1, np.sin(T)), ranked(0.502, 3, 1.05 * np.sin(T))
 
-    assert _family(study, fitted(np.zeros(N)), [contained, simple]) == [simple]
+    assert family(study, fitted(np.zeros(N)), [contained, simple]) == [simple]
 
 
 def test_another_prediction_is_a_rival(study):
     one, other = ranked(0.5, 1, np.sin(T)), ranked(0.495, 1, np.cos(T))
 
-    assert _family(study, fitted(np.zeros(N)), [one, other]) == [one, other]
+    assert family(study, fitted(np.zeros(N)), [one, other]) == [one, other]
 
 
 def test_worse_one_is_no_rival(study):
     one, other = ranked(0.5, 2, np.sin(T)), ranked(0.4, 1, np.cos(T))
 
-    assert _family(study, fitted(np.zeros(N)), [one, other]) == [one]
+    assert family(study, fitted(np.zeros(N)), [one, other]) == [one]
 
 
 def test_lag_and_delay_stay_a_family_while_both_explain_most(study):
@@ -119,4 +120,4 @@ def test_lag_and_delay_stay_a_family_while_both_explain_most(study):
         )
     )
 
-    assert _family(study, fitted(np.zeros(N)), [delay, lag, poor]) == [delay, lag]
+    assert family(study, fitted(np.zeros(N)), [delay, lag, poor]) == [delay, lag]
