@@ -13,6 +13,7 @@ from .tables import Array
 ALIKE = 0.9  # correlation
 MOST = 8.0  # below what confuses g with m/s2, mm with m, degrees with radians
 EXPLAINED = 0.5  # of the rms, by the refit
+SMALL, FEWEST = 0.5, 20  # of the largest value; rows
 
 
 def implausible(loaded: LoadedCase, parts: Sequence[PartResult]) -> list[str]:
@@ -28,8 +29,9 @@ def _faults(loaded: LoadedCase, part: PartResult) -> list[str]:
             values[rows, i] for values in (part.study.measured, part.nominal, part.base.predicted)
         )
         ratio = size_against(measured, nominal)
+        is_other = _is_other(ratio) and _is_other(slope_of_small(measured, nominal))
         is_explained = np.sqrt(np.mean((refitted - measured) ** 2)) < EXPLAINED * measured.std()
-        if (1.0 / MOST < ratio < MOST) or is_explained:
+        if not is_other or is_explained:
             continue
         name = loaded.case.compared[output]
         unit = loaded.case.signals[name].unit
@@ -39,6 +41,18 @@ def _faults(loaded: LoadedCase, part: PartResult) -> list[str]:
             "of what drives the model"
         )
     return problems
+
+
+def _is_other(ratio: float) -> bool:
+    return not 1.0 / MOST < ratio < MOST
+
+
+def slope_of_small(measured: Array, model: Array) -> float:
+    """Slope over the model where the signal (n,) is small: about 1 for one that is cut off at its largest."""
+    a, b = measured - measured.mean(), model - model.mean()
+    rows = np.abs(a) < SMALL * np.abs(a).max()
+    a, b = a[rows], b[rows]
+    return float(a @ b / (b @ b)) if len(b) >= FEWEST and np.any(b) else 0.0
 
 
 def size_against(measured: Array, model: Array) -> float:

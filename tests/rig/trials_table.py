@@ -1,9 +1,8 @@
 """
 Confusion matrix and rates of trials, in Markdown: python tests/rig/trials_table.py OUT.jsonl ...
 
-An effect that the rig has and the library calls otherwise stands in NAMES; INSEPARABLE are truths that most
-recordings cannot tell from others, and that should come out as a family: what acts like a lag, and friction
-that differs with the direction, which is Coulomb friction and an offset. What leaves less than
+An effect that the rig has and the library calls otherwise stands in NAMES; LAG_LIKE are truths that most
+recordings cannot tell from others of their kind, and that should come out as a family. What leaves less than
 half of the noise, after the refit of the model without it, is counted apart.
 """
 
@@ -32,7 +31,7 @@ NAMES = {
     **{"command_quantisation": "quantisation", "correction_saturation": "force_saturation"},
 }
 NEARLY = {"speed_limit"}  # a law that the library has only nearly
-INSEPARABLE = {"mount", "lag", "slow_filter", "delay", "inertia", "simulator_delay", "asymmetric_friction"}
+LAG_LIKE = {"mount", "lag", "slow_filter", "delay", "inertia", "simulator_delay"}
 SMALLEST_SIZE = 0.5
 SILENT = ("nothing missing", "parameters only")
 
@@ -92,8 +91,8 @@ def rates(rows: list[dict]) -> str:
     unlisted = [r for r in one if kinds(r)[0] in UNLISTED]
     sized = [r for r in one if r not in unlisted and r.get("size_over_noise", np.inf) >= SMALLEST_SIZE]
     small = [r for r in one if r not in unlisted and r not in sized]
-    inseparable = [r for r in sized if kinds(r)[0] in INSEPARABLE]
-    listed = [r for r in sized if r not in inseparable and kinds(r)[0] not in NEARLY]
+    lag_like = [r for r in sized if kinds(r)[0] in LAG_LIKE]
+    listed = [r for r in sized if r not in lag_like and kinds(r)[0] not in NEARLY]
     pairs = [r for r in rows if len(kinds(r)) == 2]
     checks = [
         ("no effect: claimed", "<= 2 %", none, lambda r: bool(r.get("effects"))),
@@ -101,9 +100,9 @@ def rates(rows: list[dict]) -> str:
         ("listed: right name", ">= 95 %", listed, lambda r: names(r) == _wanted(r) and not r["families"]),
         ("listed: >= 80 % of the ideal gain", ">= 95 %", listed, lambda r: r.get("share_of_ideal", 0) >= 0.8),
         (
-            "not separable: a family with the truth in it",
+            "lag-like: a family with the truth in it",
             ">= 95 %",
-            inseparable,
+            lag_like,
             lambda r: set(_wanted(r)) <= members(r),
         ),
         ("unlisted: detected", ">= 90 %", unlisted, _is_found),

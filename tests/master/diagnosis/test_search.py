@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -10,7 +11,7 @@ import pytest
 from master.diagnosis.families import Ranked, family, is_accepted, is_beaten, is_worse
 from master.diagnosis.fitting import Fit
 from master.diagnosis.ranking import gain, over
-from master.diagnosis.search import _is_enough
+from master.diagnosis.search import Round, _is_enough, _most_of_the_rest
 from master.diagnosis.study import Extended
 from master.diagnosis.variants import Added
 
@@ -121,3 +122,26 @@ def test_lag_and_delay_stay_a_family_while_both_explain_most(study):
     )
 
     assert family(study, fitted(np.zeros(N)), [delay, lag, poor]) == [delay, lag]
+
+
+def test_lag_like_one_with_more_parameters_stays_in_the_family(study):
+    """A mount resonance predicts what a delay predicts; a ripple with as many parameters is no rival."""
+    delay, mount, ripple = (
+        ranked(mean, n, size * np.sin(T), effect)
+        for mean, n, size, effect in (
+            (0.50, 1, 1.0, "extra_delay"),
+            (0.51, 3, 1.01, "mount_resonance"),
+            (0.50, 3, 1.01, "ripple"),
+        )
+    )
+
+    assert family(study, fitted(np.zeros(N)), [mount, delay, ripple]) == [mount, delay]
+
+
+def test_behind_nearly_everything_only_what_explains_most_of_the_rest_counts():
+    much, little = (
+        Round(None, (), (Ranked(Extended(), replace(gains(0.5), share=share)),)) for share in (0.6, 0.4)
+    )
+
+    assert _most_of_the_rest(much).family == much.family
+    assert _most_of_the_rest(little).family == ()
