@@ -1,9 +1,10 @@
 """
 A value that cannot change faster than a limit.
 
-    z' = R clip(e / (R T), -1, 1),   e = value - z,   y = z + clip(e, -R T, R T),   T = 1 ms
+    z' = R clip(e / (R tau), -1, 1),   e = value - z,   y = z + clip(e, -R T, R T),   T = 1 ms, tau = T/5
 
-While the value changes slower than R, e stays within R T and y is the value; beyond, y moves with R.
+While the value changes slower than R, e stays within R T and y is the value; beyond, y moves with R. So it is
+with a value that is held over T: when the next one comes, z is within 7 % of R T of it.
 
 Parameters limit R [{value}/s] > 0
 Source     rate limiter; Hess, Snell, J. Guidance Control Dyn. 20 (1997) 90 (a lag
@@ -21,15 +22,15 @@ from .common import NEVER
 from .effect import SIGNAL, Applied, Effect
 from .shapes import clip
 
-T_FOLLOW = 1e-3
+T, TAU = 1e-3, 0.2e-3
 
 
 def law(t: Any, value: Any, s: Any, x: Any, p: Any, m: Arithmetic) -> Applied:
     """Limit the rate."""
-    near = p.limit * T_FOLLOW
-    inside = clip(value - x.followed, -near, near, m)
-    far = m.fabs(value - x.followed) > near
-    return Applied(m.where(far, x.followed + inside, value), {"followed": inside / T_FOLLOW})
+    far = value - x.followed
+    limited = x.followed + clip(far, -p.limit * T, p.limit * T, m)
+    is_fast = m.fabs(far) > p.limit * T
+    return Applied(m.where(is_fast, limited, value), {"followed": clip(far / TAU, -p.limit, p.limit, m)})
 
 
 EFFECT = Effect(

@@ -3,7 +3,7 @@ Motion simulator as one linear axis: dead time of the command, position loop, ve
 
     M(s)   = K_p w_v^2/(s^3 + 2 z w_v s^2 + w_v^2 s + K_p w_v^2) exp(-dead_time s)
     s_act' = v_act,   v_act' = a_act
-    a_act' = K_p w_v^2 (s_cmd(t - dead_time) - s_act) - w_v^2 v_act - 2 z w_v a_act
+    a_act' = w_v^2 (v_cmd - v_act) - 2 z w_v a_act,   v_cmd = K_p (s_cmd(t - dead_time) - s_act)
 
 The command is held over each sampling period T; the dead time is round(dead_time/T) periods.
 
@@ -23,7 +23,7 @@ import math
 from typing import Any
 
 from ..arithmetic import Arithmetic
-from ..model import Delay, Model, SlotFunction, Values, no_effect
+from ..model import Delay, Model, Slot, SlotFunction, Values, no_effect
 from ..variables import declare, fixed, input_, parameter, sampled, state, vector
 
 LINE_LENGTH = 100
@@ -55,6 +55,7 @@ class MotionSimulatorLinear(Model):
         sampled(state("delayed_command", "m", "Command that acts in this period"), hidden=True),
         vector(sampled(state("command", "m", "Command of earlier periods"), hidden=True), LINE_LENGTH),
     )
+    slots = (Slot("velocity_command", "m/s", "Velocity that the position loop asks for"),)
     delays = (
         Delay(
             input="s_cmd",
@@ -78,8 +79,8 @@ class MotionSimulatorLinear(Model):
     def derivatives(
         self, t: Any, x: Any, u: Any, p: Any, m: Arithmetic, slot: SlotFunction = no_effect
     ) -> Values:
-        w2 = p.w_v * p.w_v
-        jerk = p.K_p * w2 * (x.delayed_command - x.s_act) - w2 * x.v_act - 2.0 * p.z * p.w_v * x.a_act
+        v_cmd = slot("velocity_command", p.K_p * (x.delayed_command - x.s_act))
+        jerk = p.w_v * p.w_v * (v_cmd - x.v_act) - 2.0 * p.z * p.w_v * x.a_act
         return {"s_act": x.v_act, "v_act": x.a_act, "a_act": jerk}
 
 

@@ -67,7 +67,7 @@ def family(study: Study, before: Fit, accepted: Sequence[Ranked]) -> list[Ranked
     """The winner and what cannot be told from it."""
     if not accepted:
         return []
-    best = accepted[0]
+    best = _winner(study, accepted)
     rivals = [
         r for r in accepted if r is best or is_confused(r, best) or not is_beaten(study, r.gain, best.gain)
     ]
@@ -76,7 +76,16 @@ def family(study: Study, before: Fit, accepted: Sequence[Ranked]) -> list[Ranked
     for r in rivals:
         if is_confused(r, best) or not any(contains(study, before, r, k) for k in kept):
             kept.append(r)
-    return sorted(kept, key=lambda r: -r.gain.mean)
+    return sorted(kept, key=lambda r: (r is not best, -r.gain.mean))
+
+
+def _winner(study: Study, accepted: Sequence[Ranked]) -> Ranked:
+    """The best over the blocks, unless another beats it in few of them."""
+    best = accepted[0]
+    for r in accepted[1:]:
+        if is_beaten(study, best.gain, r.gain) and not is_beaten(study, r.gain, best.gain):
+            best = r
+    return best
 
 
 def is_confused(one: Ranked, best: Ranked) -> bool:
@@ -107,7 +116,7 @@ def is_beaten(study: Study, one: Gain, best: Gain) -> bool:
     if is_worse(one, best):
         return True
     more = study.gain(one.fit, best.fit)
-    return more.mean > NEAR and more.z > CLEAR
+    return max(more.mean, more.share) > NEAR and more.z > CLEAR
 
 
 def _same(study: Study, before: Fit, one: Ranked, other: Ranked) -> bool:

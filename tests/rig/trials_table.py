@@ -27,10 +27,9 @@ NAMES = {
         "simulator_delay": "extra_delay",
     },
     **{"inertia": "end_effector_inertia", "spacecraft_offset": "offset", "rate_limit": "rate_saturation"},
-    **{"force_limit": "force_saturation", "simulator_gain": "gain_error"},
+    **{"force_limit": "force_saturation", "speed_limit": "force_saturation", "simulator_gain": "gain_error"},
     **{"command_quantisation": "quantisation", "correction_saturation": "force_saturation"},
 }
-NEARLY = {"speed_limit"}  # a law that the library has only nearly
 LAG_LIKE = {"mount", "lag", "slow_filter", "delay", "inertia", "simulator_delay"}
 SMALLEST_SIZE = 0.5
 SILENT = ("nothing missing", "parameters only")
@@ -92,7 +91,7 @@ def rates(rows: list[dict]) -> str:
     sized = [r for r in one if r not in unlisted and r.get("size_over_noise", np.inf) >= SMALLEST_SIZE]
     small = [r for r in one if r not in unlisted and r not in sized]
     lag_like = [r for r in sized if kinds(r)[0] in LAG_LIKE]
-    listed = [r for r in sized if r not in lag_like and kinds(r)[0] not in NEARLY]
+    listed = [r for r in sized if r not in lag_like]
     pairs = [r for r in rows if len(kinds(r)) == 2]
     checks = [
         ("no effect: claimed", "<= 2 %", none, lambda r: bool(r.get("effects"))),
