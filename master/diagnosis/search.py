@@ -115,18 +115,22 @@ def _step(study: Study, chosen: Extended, found: Fit, wanted: Sequence[Added]) -
 
 def _looked_ahead(study: Study, base: Fit, step: Round, wanted: Sequence[Added]) -> tuple[Round, Round]:
     """Let the next effect decide between the members of a family; the round after the winner beside it."""
+
+    def is_inferior(one: Ranked, other: Ranked) -> bool:
+        return is_beaten(study, one.gain, other.gain) or contains(study, base, one, other)
+
     branches = []
     for member in step.family[:MOST_BRANCHES]:
         after = _step(study, member.extended.started_at(member.gain.fit.values), member.gain.fit, wanted)
-        last = after.family[0].gain.fit if after.family else member.gain.fit
-        branches.append((study.gain(base, last), member, after))
+        last = after.family[0] if after.family else member
+        branches.append((replace(last, gain=study.gain(base, last.gain.fit)), member, after))
     best = branches[0]
     for branch in branches[1:]:
-        if is_beaten(study, best[0], branch[0]):
+        if is_inferior(best[0], branch[0]) and not is_beaten(study, branch[0].gain, best[0].gain):
             best = branch
-    beaten = [m for total, m, _ in branches if total is not best[0] and is_beaten(study, total, best[0])]
-    beaten += step.family[MOST_BRANCHES:]
-    others = [m for m in step.family if m is not best[1] and (m not in beaten or is_confused(m, best[1]))]
+    inferior = [m for end, m, _ in branches if end is not best[0] and is_inferior(end, best[0])]
+    inferior += step.family[MOST_BRANCHES:]
+    others = [m for m in step.family if m is not best[1] and (m not in inferior or is_confused(m, best[1]))]
     kept = (best[1], *others)
     return replace(step, family=kept, is_resolved=len(kept) == 1), best[2]
 
