@@ -4,8 +4,8 @@ Trials of the diagnosis on the virtual rig: many truths and seeds, one line of J
     python tests/rig/trials.py OUT.jsonl FIRST_SEED N_SEEDS [--workers N] [TRUTH ...]
     python tests/rig/trials_table.py OUT.jsonl ...
 
-A truth is `none`, `none:colour`, `none:clock`, `none:plant`, an effect of the rig, or two joined by `+`. All
-truths come with one seed, then all with the next; those in the file already are left out. Run it with
+A truth is `none`, `none:colour`, `none:clock`, `none:plant`, an effect of the rig, or two joined by `+`; with
+`:small` behind them they leave about as much as the noise, see SMALL. All truths come with one seed, then all with the next; those in the file already are left out. Run it with
 OPENBLAS_NUM_THREADS=1.
 """
 
@@ -31,7 +31,7 @@ from master.diagnosis.verdict import subsystem, verdict
 
 sys.path.append(str(Path(__file__).parents[1]))
 from rig import Effects, Plant, Recorder, record
-from rig.trials_table import read
+from rig.trials_table import kinds_of, read
 
 CASE = Path(__file__).parents[2] / "configs" / "measured" / "docking_rig.yaml"
 SIZES = {
@@ -45,6 +45,13 @@ SIZES = {
     **{"hertz": 2e5, "position_friction": 3.0, "thermal": 0.05, "preisach": 3.0},
     **{"asymmetric_slack": 3e-3, "varying_delay": 4e-3},
 }
+SMALL = {
+    **{"cubic": 1.1e7, "quadratic_stiffness": 3.2e4, "backlash": 8e-6, "bouc_wen": 0.5, "end_stop": 380.0},
+    **{"coulomb": 0.6, "stribeck": 0.6, "dahl": 0.6, "presliding": 0.5, "quadratic_damping": 1100.0},
+    **{"asymmetric_friction": 0.8, "load_friction": 3.1e-3, "ripple": 0.24, "offset": 0.5, "drift": 0.075},
+    **{"quantisation": 1.8, "simulator_gain": 1.6e-3, "mount": 0.25, "inertia": 1.5},
+    **{"hertz": 5.4e3, "position_friction": 0.47, "thermal": 0.015, "preisach": 0.57},
+}
 
 
 def noise_of(recorder: Recorder) -> dict[str, float]:
@@ -56,8 +63,9 @@ def noise_of(recorder: Recorder) -> dict[str, float]:
 def one(truth: str, seed: int, folder: Path) -> dict:
     """Record, diagnose and judge."""
     rng = np.random.default_rng(1000 + seed)
-    kinds = [] if truth.startswith("none") else truth.split("+")
-    effects = Effects(**{k: SIZES[k] * rng.uniform(0.5, 1.5) for k in kinds})
+    kinds = kinds_of(truth)
+    sizes = SMALL if truth.endswith(":small") else SIZES
+    effects = Effects(**{k: sizes[k] * rng.uniform(0.5, 1.5) for k in kinds})
     if "simulator_delay" in kinds:
         effects = effects._replace(simulator_delay=2.0)
     recorder, plant = Recorder(), Plant()

@@ -40,9 +40,14 @@ def read(paths: list[Path]) -> list[dict]:
     return [json.loads(line) for path in paths for line in path.read_text().splitlines()]
 
 
+def kinds_of(truth: str) -> list[str]:
+    """Effects that are on."""
+    return [] if truth.startswith("none") else truth.removesuffix(":small").split("+")
+
+
 def kinds(row: dict) -> list[str]:
     """Effects that were on."""
-    return [] if row["truth"].startswith("none") else row["truth"].split("+")
+    return kinds_of(row["truth"])
 
 
 def names(row: dict) -> list[str]:
