@@ -5,8 +5,8 @@ Trials of the diagnosis on the virtual rig: many truths and seeds, one line of J
     python tests/rig/trials_table.py OUT.jsonl ...
 
 A truth is `none`, `none:colour`, `none:clock`, `none:plant`, an effect of the rig, or two joined by `+`; with
-`:small` behind them they leave about as much as the noise, see SMALL. All truths come with one seed, then all with the next; those in the file already are left out. Run it with
-OPENBLAS_NUM_THREADS=1.
+`:small` behind them they leave about as much as the noise, see SMALL. All truths come with one seed, then all
+with the next; those in the file already are left out. Run it with OPENBLAS_NUM_THREADS=1.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from master.diagnosis.variants import Added
 from master.diagnosis.verdict import subsystem, verdict
 
 sys.path.append(str(Path(__file__).parents[1]))
-from rig import Effects, Plant, Recorder, record
+from rig import SUBSYSTEM, Effects, Plant, Recorder, record
 from rig.trials_table import kinds_of, read
 
 CASE = Path(__file__).parents[2] / "configs" / "measured" / "docking_rig.yaml"
@@ -92,7 +92,7 @@ def one(truth: str, seed: int, folder: Path) -> dict:
 
 
 def _judged(truth, seed, found, recorder, effects) -> dict:
-    part = found.main
+    part = _part(found, {SUBSYSTEM[kind] for kind in kinds_of(truth)})
     files = {}
     for p in found.parts:
         chain = p.study.pool.player(p.chosen.added).chain
@@ -117,6 +117,13 @@ def _judged(truth, seed, found, recorder, effects) -> dict:
         "size_over_noise": float(np.sqrt(max(before - floor, 0.0) / max(floor, 1e-300))),
         "others": [str(a) for p in found.parts if p is not part for a in p.chosen.added],
     }
+
+
+def _part(found, true):
+    """The part with the effect that was found; where none was, the one that has it."""
+    if found.main.chosen.added:
+        return found.main
+    return next((p for p in found.parts if true & set(p.fmus)), found.main)
 
 
 def _power(part, own, predicted) -> float:
