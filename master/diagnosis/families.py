@@ -90,9 +90,13 @@ def _winner(study: Study, accepted: Sequence[Ranked]) -> Ranked:
 
 def is_confused(one: Ranked, best: Ranked) -> bool:
     """Whether both are lag-like in one slot and explain nearly as much."""
-    a, b = one.extended.added[-1], best.extended.added[-1]
-    is_alike = (a.fmu, a.slot) == (b.fmu, b.slot) and {a.effect, b.effect} <= LAG_LIKE
-    return is_alike and one.gain.share > CONFUSED_SHARE * best.gain.share
+    return are_lag_like(one.extended, best.extended) and one.gain.share > CONFUSED_SHARE * best.gain.share
+
+
+def are_lag_like(one: Extended, other: Extended) -> bool:
+    """Whether the last effects of both act like a lag, in one slot."""
+    a, b = one.added[-1], other.added[-1]
+    return (a.fmu, a.slot) == (b.fmu, b.slot) and {a.effect, b.effect} <= LAG_LIKE
 
 
 def contains(study: Study, before: Fit, large: Ranked, small: Ranked) -> bool:

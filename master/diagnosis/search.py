@@ -9,7 +9,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from .families import NEAR, Ranked, best_first, contains, family, is_accepted, is_beaten, is_confused
+from .families import (
+    NEAR,
+    Ranked,
+    are_lag_like,
+    best_first,
+    contains,
+    family,
+    is_accepted,
+    is_beaten,
+    is_confused,
+)
 from .fitting import Fit
 from .ranking import powers
 from .screening import Screened, screened
@@ -161,9 +171,11 @@ def _pruned(study: Study, chosen: Extended, found: Fit) -> tuple[Extended, Fit]:
 
 
 def _shortlist(tried: Sequence[Screened]) -> list[Screened]:
+    """The most promising; with one that acts like a lag all that do in its slot."""
     best = tried[0].gain if tried else 0.0
     least = max(SMALLEST_PROMISE, 0.1 * best)
-    return [s for i, s in enumerate(tried[:LONGEST_LIST]) if s.gain >= least or i < FEWEST]
+    kept = [s for i, s in enumerate(tried[:LONGEST_LIST]) if s.gain >= least or i < FEWEST]
+    return kept + [s for s in tried if s not in kept and are_lag_like(s.extended, tried[0].extended)]
 
 
 def _round(study: Study, before: Fit, promising: Sequence[Screened], n_tried: int) -> Round:

@@ -114,7 +114,7 @@ def _judged(truth, seed, found, recorder, effects) -> dict:
         "before": before,
         "after": after,
         "share_of_ideal": (before - after) / max(before - ideal, 1e-300),
-        "size_over_noise": float(np.sqrt(max(before - floor, 0.0) / max(floor, 1e-300))),
+        "size_over_noise": float(np.sqrt(max(_unsealed(part) - floor, 0.0) / max(floor, 1e-300))),
         "others": [str(a) for p in found.parts if p is not part for a in p.chosen.added],
     }
 
@@ -123,11 +123,20 @@ def _part(found, true):
     """The part with the effect that was found; where none was, the one that has it."""
     if found.main.chosen.added:
         return found.main
-    return next((p for p in found.parts if true & set(p.fmus)), found.main)
+    return next((p for p in found.parts if true & set(p.study.bench.part.fmus)), found.main)
 
 
 def _power(part, own, predicted) -> float:
     return float(np.mean(((predicted - own.measured) / part.study.size) ** 2))
+
+
+def _unsealed(part) -> float:
+    """Power that the refitted model without the effect leaves where an effect can be looked for."""
+    rows = part.study.fit_rows.copy()
+    for block in part.study.held_out:
+        rows[block] = True
+    left = part.base.predicted - part.study.measured
+    return float(np.mean((left[rows] / part.study.size) ** 2))
 
 
 def _rounding(part, own, effects) -> float:
