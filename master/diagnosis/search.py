@@ -72,7 +72,7 @@ class Found:
 
 
 def search(study: Study, base: Fit, wanted: Sequence[Added], at_most: int = AT_MOST) -> Found:
-    """Add effects one after the other until none is accepted, or little is left of the residual."""
+    """Add effects one after the other until none is accepted."""
     chosen, found = Extended(), base
     rounds: list[Round] = []
     ahead: Round | None = None
