@@ -56,7 +56,7 @@ class Placed:
         return replace(
             v,
             name=f"{self.prefix}_{v.name}",
-            unit=v.unit.format(**unit),
+            unit=_filled(v.unit, unit),
             start=float(starts.get(v.name, v.start)),
             description=f"{self.effect.description} in {self.slot.name}: {v.description}",
         )
@@ -80,3 +80,9 @@ class Placed:
         value, *signals = [getattr(x, name) for name in self.held]
         s = Signals(**dict(zip(roles(self.slot), signals, strict=True)))
         return self.apply(t, value, s, x, p, m)
+
+
+def _filled(template: str, unit: Mapping[str, str]) -> str:
+    """Fill in a unit; all behind its one slash divides: `{value}/s` of a value in m/s is `m/s s`."""
+    head, *divisors = template.format(**unit).split("/")
+    return f"{head}/{' '.join(divisors)}" if divisors else head

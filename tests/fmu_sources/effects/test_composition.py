@@ -12,7 +12,9 @@ from scipy.integrate import solve_ivp
 from fmu_sources.composition import with_effect
 from fmu_sources.effects.catalogue import candidates, effect
 from fmu_sources.effects.effect import Applied, Effect, Rms
+from fmu_sources.export.units import si_exponents
 from fmu_sources.instance import Instance
+from fmu_sources.motion_simulator import motion_simulator_linear
 from fmu_sources.variables import parameter, sampled, state
 
 RMS = Rms(value=10.0, position=0.01, velocity=0.2, load=100.0, duration=1.0)
@@ -216,3 +218,10 @@ def test_sampled_states_of_an_effect_change_once_a_period(oscillator):
 
     assert run(with_effect(oscillator, "controller", last), 20)[1:, 3] == pytest.approx(base[:-1, 3])
     assert run(with_effect(oscillator, "sensor", last), 20)[1:, 2] == pytest.approx(base[:-1, 2])
+
+
+def test_unit_of_a_rate_in_a_slot_of_velocity_has_one_slash():
+    model = with_effect(motion_simulator_linear.MODEL, "velocity_command", effect("rate_saturation"))
+    limit = next(v for v in model.variables if v.name == "velocity_command_rate_saturation_limit")
+
+    assert si_exponents(limit.unit) == {"m": 1, "s": -2}
