@@ -4,7 +4,8 @@ A value that cannot change faster than a limit.
     z' = R clip(e / (R tau), -1, 1),   e = value - z,   y = z + clip(e, -R T, R T),   T = 1 ms, tau = T/5
 
 While the value changes slower than R, e stays within R T and y is the value; beyond, y moves with R. So it is
-with a value that is held over T: when the next one comes, z is within 7 % of R T of it.
+nearly with a value that is held over T: when the next one comes, z is within 6 % of R T of it up to a rate of
+0.9 R, within 20 % up to R.
 
 Parameters limit R [{value}/s] > 0
 Source     rate limiter; Hess, Snell, J. Guidance Control Dyn. 20 (1997) 90 (a lag
