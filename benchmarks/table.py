@@ -66,7 +66,7 @@ def _two(what: str, found: dict[int, float]) -> list[str]:
 
 def _plot(rows: list[dict], growth: dict) -> None:
     mpl.use("Agg")
-    figure = Figure(figsize=(9.0, 3.6), layout="constrained")
+    figure = Figure(figsize=(11.0, 3.6), layout="constrained")
     bars, lines = figure.subplots(1, 2, width_ratios=(1.4, 1.0))
     shown = [r for r in rows if r["system"] == rows[0]["system"] and r["us_per_step"] is not None][::-1]
     colours = [{OURS: "tab:blue", FLOOR: "0.6"}.get(r["master"], "tab:orange") for r in shown]
@@ -83,5 +83,5 @@ def _plot(rows: list[dict], growth: dict) -> None:
         if points:
             lines.plot(*zip(*points, strict=True), "o-", label=master)
     lines.set(xscale="log", yscale="log", xlabel="FMUs in the ring", ylabel="time per step [us]")
-    lines.legend(fontsize=6)
+    lines.legend(fontsize=7, loc="upper left", bbox_to_anchor=(1.0, 1.0))
     figure.savefig(DOCS / "performance.png", dpi=120, metadata={"Software": None})
