@@ -12,9 +12,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from fmu_sources.arithmetic import Arithmetic
-from fmu_sources.model import Model, SlotFunction, Values, no_effect
-from fmu_sources.variables import declare, input_, output, parameter, state, vector
+from fmu_sources.framework.arithmetic import Arithmetic
+from fmu_sources.framework.model import Model, SlotFunction, Values, no_effect
+from fmu_sources.framework.variables import declare, input_, output, parameter, state, vector
 
 
 class Link(Model):

@@ -10,9 +10,9 @@ from pathlib import Path
 import yaml
 from ring_model import Link
 
+from fmu_sources.composed.registry import load, modules
 from fmu_sources.export.native import generate
 from fmu_sources.export.native_flavour import NativeSources, host_binaries, native_sources, pack_native
-from fmu_sources.registry import load, modules
 from master.experiment import Experiment, prepare
 from master.fmi.description import Kind
 

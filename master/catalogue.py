@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from fmu_sources import registry
+from fmu_sources.composed import registry
 from fmu_sources.export import build
 from fmu_sources.export.native import NativeBuildError
 

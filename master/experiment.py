@@ -12,18 +12,19 @@ from typing import Any
 
 from yaml import YAMLError
 
+from master.coupling.algebraic import algebraic_loops
+from master.coupling.ledger import Ledger, make_ledger
+from master.coupling.schedule import Schedule, make_schedule
+from master.fmi.description import Description, read_description
+from master.ssp.reader import read_ssp
+from master.stepping.scenario import Scenario, make_scenario
+from master.system.config import Config, LoadedConfig, Value, load_config, with_stop_time
+from master.system.graph import System, build_system
+from master.system.yaml_lines import parse_value
+
 from . import catalogue
-from .coupling.algebraic import algebraic_loops
-from .coupling.ledger import Ledger, make_ledger
-from .coupling.schedule import Schedule, make_schedule
 from .errors import ConfigError, expected
-from .fmi.description import Description, read_description
 from .simulation import Grid
-from .ssp.reader import read_ssp
-from .stepping.scenario import Scenario, make_scenario
-from .system.config import Config, LoadedConfig, Value, load_config, with_stop_time
-from .system.graph import System, build_system
-from .system.yaml_lines import parse_value
 
 DIVERGENCE_FACTOR = 100.0
 
@@ -102,7 +103,7 @@ def prepare(
 
 def _with_phase_lead(experiment: Experiment, overridden: set[str]) -> Experiment:
     """Design the phase lead, unless it is switched off or set by hand."""
-    from .analysis.phase_lead_design import designed
+    from master.analysis.phase_lead_design import designed
 
     return designed(experiment, overridden)
 

@@ -5,19 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager
 
-from .coupling.schedule import Schedule
-from .errors import FmuError
-from .fmi.description import Description
-from .fmi.fmi2 import Fmi2Slave
-from .fmi.fmi3 import Fmi3Slave
-from .fmi.folders import require_binary
-from .fmi.slave import Slave
-from .stepping import calls
-from .stepping.initialisation import initialise
-from .stepping.loop import compiled as compiled_execute
-from .stepping.loop import execute
-from .stepping.program import Program
-from .stepping.run_loop import (
+from master.coupling.schedule import Schedule
+from master.fmi.description import Description
+from master.fmi.fmi2 import Fmi2Slave
+from master.fmi.fmi3 import Fmi3Slave
+from master.fmi.folders import require_binary
+from master.fmi.slave import Slave
+from master.stepping.initialisation import initialise
+from master.stepping.loop import compiled as compiled_execute
+from master.stepping.loop import execute
+from master.stepping.program import Program
+from master.stepping.run_loop import (
     COMPLETED,
     DIVERGED,
     FAILED,
@@ -30,8 +28,11 @@ from .stepping.run_loop import (
     RunLoop,
     RunOptions,
 )
-from .stepping.translation import build_program
-from .system.graph import System
+from master.stepping.translation import build_program
+from master.system.graph import System
+
+from .errors import FmuError
+from .stepping import calls
 
 __all__ = [
     "COMPLETED",

@@ -27,9 +27,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from ..arithmetic import Arithmetic
-from ..model import Delay, Model, Slot, SlotFunction, Terminal, Values, no_effect
-from ..variables import declare
+from ..framework.arithmetic import Arithmetic
+from ..framework.model import Delay, Model, Slot, SlotFunction, Terminal, Values, no_effect
+from ..framework.variables import declare
 from . import kalman, rls
 from .contact_force import correction
 from .difference import attributes, process_parameters, weight

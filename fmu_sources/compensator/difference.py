@@ -21,7 +21,7 @@ from __future__ import annotations
 from enum import IntEnum
 from typing import Any, NamedTuple
 
-from ..arithmetic import Arithmetic
+from ..framework.arithmetic import Arithmetic
 
 SMALLEST_DETERMINANT = 1e-9
 DISCRIMINANT_TOLERANCE = 1e-9

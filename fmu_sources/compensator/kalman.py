@@ -19,7 +19,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..arithmetic import Arithmetic
+from ..framework.arithmetic import Arithmetic
 
 N_COVARIANCE = 15
 DIAGONAL = (0, 5, 9, 12, 14)

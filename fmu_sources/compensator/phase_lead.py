@@ -20,7 +20,7 @@ from __future__ import annotations
 from enum import IntEnum
 from typing import Any, NamedTuple
 
-from ..arithmetic import Arithmetic
+from ..framework.arithmetic import Arithmetic
 
 
 class GainConvention(IntEnum):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from enum import IntEnum
 
 from ..docking_contact.equations import PARAMETERS as CONTACT_PARAMETERS
-from ..variables import (
+from ..framework.variables import (
     choice,
     declare,
     fixed,

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..arithmetic import Arithmetic
+from ..framework.arithmetic import Arithmetic
 from .kalman import DIAGONAL
 
 R = 1.0

@@ -21,9 +21,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..arithmetic import Arithmetic
-from ..model import Delay, InputHold, Model, SlotFunction, Values, no_effect
-from ..variables import choice, declare, input_, output, state
+from ..framework.arithmetic import Arithmetic
+from ..framework.model import Delay, InputHold, Model, SlotFunction, Values, no_effect
+from ..framework.variables import choice, declare, input_, output, state
 from .equations import PARAMETERS, SLOTS, acceleration, contact_force, equilibrium, rope_force, rope_stiffness
 
 HOLD_STEPS = {"interpolate": 0.0, "hold_new": -0.5, "hold_old": 0.5}

@@ -13,9 +13,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..arithmetic import Arithmetic
-from ..model import Slot, SlotFunction
-from ..variables import parameter
+from ..framework.arithmetic import Arithmetic
+from ..framework.model import Slot, SlotFunction
+from ..framework.variables import parameter
 
 PARAMETERS = (
     parameter("m_e", 80.0, "kg", "Mass of end-effector and manipulator", above=0.0),

@@ -8,10 +8,10 @@ from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
 
-from ..model import Slot
-from .effect import Effect
+from ..framework.model import Slot
+from .framework.effect import Effect
+from .framework.roles import fits
 from .learned import FIRST, SECOND, learned
-from .roles import fits
 
 _LEARNED = re.compile(f"learned_({'|'.join(FIRST)})_({'|'.join(SECOND)})")
 

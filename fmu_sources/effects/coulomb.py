@@ -12,10 +12,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..arithmetic import Arithmetic
-from .common import SMOOTHING_SHARE, level, smoothing
-from .effect import MECHANICAL, Applied, Effect
-from .shapes import smooth_sign
+from ..framework.arithmetic import Arithmetic
+from .framework.common import SMOOTHING_SHARE, level, smoothing
+from .framework.effect import MECHANICAL, Applied, Effect
+from .framework.shapes import smooth_sign
 
 
 def law(t: Any, value: Any, s: Any, x: Any, p: Any, m: Arithmetic) -> Applied:

@@ -11,9 +11,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..arithmetic import Arithmetic
-from ..variables import parameter
-from .effect import MECHANICAL, Applied, Effect
+from ..framework.arithmetic import Arithmetic
+from ..framework.variables import parameter
+from .framework.effect import MECHANICAL, Applied, Effect
 
 
 def law(t: Any, value: Any, s: Any, x: Any, p: Any, m: Arithmetic) -> Applied:

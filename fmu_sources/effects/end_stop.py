@@ -12,11 +12,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..arithmetic import Arithmetic
-from ..variables import parameter
-from .common import NEVER
-from .effect import MECHANICAL, Applied, Effect
-from .shapes import dead_zone
+from ..framework.arithmetic import Arithmetic
+from ..framework.variables import parameter
+from .framework.common import NEVER
+from .framework.effect import MECHANICAL, Applied, Effect
+from .framework.shapes import dead_zone
 
 
 def law(t: Any, value: Any, s: Any, x: Any, p: Any, m: Arithmetic) -> Applied:

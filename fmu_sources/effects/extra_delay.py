@@ -18,10 +18,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..arithmetic import Arithmetic
-from ..variables import parameter, state
-from .effect import SIGNAL, Applied, Effect
-from .shapes import larger
+from ..framework.arithmetic import Arithmetic
+from ..framework.variables import parameter, state
+from .framework.effect import SIGNAL, Applied, Effect
+from .framework.shapes import larger
 
 T_MIN = 1e-3
 

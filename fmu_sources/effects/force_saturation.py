@@ -11,11 +11,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..arithmetic import Arithmetic
-from ..variables import parameter
-from .common import NEVER
-from .effect import Applied, Effect
-from .shapes import clip
+from ..framework.arithmetic import Arithmetic
+from ..framework.variables import parameter
+from .framework.common import NEVER
+from .framework.effect import Applied, Effect
+from .framework.shapes import clip
 
 
 def law(t: Any, value: Any, s: Any, x: Any, p: Any, m: Arithmetic) -> Applied:

@@ -24,10 +24,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from ..arithmetic import Arithmetic
-from ..variables import Variable, parameter, state
-from .effect import EVERYWHERE, MECHANICAL, Applied, Effect, Law, Rms
-from .shapes import clip, smooth_sign
+from ..framework.arithmetic import Arithmetic
+from ..framework.variables import Variable, parameter, state
+from .framework.effect import EVERYWHERE, MECHANICAL, Applied, Effect, Law, Rms
+from .framework.shapes import clip, smooth_sign
 
 N_SPLINES, N_HARMONICS, N_PLAYS = 21, 3, 10
 SPACING = 2.0 / (N_SPLINES - 3)

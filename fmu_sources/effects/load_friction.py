@@ -12,11 +12,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..arithmetic import Arithmetic
-from ..variables import parameter
-from .common import SMOOTHING_SHARE, smoothing
-from .effect import MECHANICAL, Applied, Effect
-from .shapes import smooth_sign
+from ..framework.arithmetic import Arithmetic
+from ..framework.variables import parameter
+from .framework.common import SMOOTHING_SHARE, smoothing
+from .framework.effect import MECHANICAL, Applied, Effect
+from .framework.shapes import smooth_sign
 
 
 def law(t: Any, value: Any, s: Any, x: Any, p: Any, m: Arithmetic) -> Applied:

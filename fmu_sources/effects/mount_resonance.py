@@ -11,9 +11,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..arithmetic import Arithmetic
-from ..variables import parameter, state
-from .effect import SIGNAL, Applied, Effect
+from ..framework.arithmetic import Arithmetic
+from ..framework.variables import parameter, state
+from .framework.effect import SIGNAL, Applied, Effect
 
 
 def law(t: Any, value: Any, s: Any, x: Any, p: Any, m: Arithmetic) -> Applied:

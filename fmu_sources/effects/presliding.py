@@ -16,10 +16,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..arithmetic import Arithmetic
-from ..variables import parameter, state
-from .effect import MECHANICAL, Applied, Effect
-from .shapes import clip
+from ..framework.arithmetic import Arithmetic
+from ..framework.variables import parameter, state
+from .framework.effect import MECHANICAL, Applied, Effect
+from .framework.shapes import clip
 
 ROUNDING, ROUNDING_TIME = 0.01, 0.5e-3
 SMALLEST_TRAVEL = 1e-12

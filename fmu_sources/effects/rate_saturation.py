@@ -17,11 +17,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..arithmetic import Arithmetic
-from ..variables import parameter, state
-from .common import NEVER
-from .effect import SIGNAL, Applied, Effect
-from .shapes import clip
+from ..framework.arithmetic import Arithmetic
+from ..framework.variables import parameter, state
+from .framework.common import NEVER
+from .framework.effect import SIGNAL, Applied, Effect
+from .framework.shapes import clip
 
 T, TAU = 1e-3, 0.2e-3
 

@@ -15,7 +15,7 @@ import zipfile
 from dataclasses import dataclass
 from pathlib import Path
 
-from ..registry import ROOT, load, modules
+from ..composed.registry import ROOT, load, modules
 from .native_flavour import host_binaries, native_sources, native_token, pack_native
 from .python_flavour import build_python, python_sources, python_token
 

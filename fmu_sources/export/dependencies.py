@@ -6,8 +6,8 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from ..model import Model
-from ..variables import Role
+from ..framework.model import Model
+from ..framework.variables import Role
 
 
 class Label:

@@ -6,9 +6,9 @@ import inspect
 import sys
 from html import escape
 
-from ..model import Model
-from ..registry import ROOT
-from ..variables import Role, Variable
+from ..composed.registry import ROOT
+from ..framework.model import Model
+from ..framework.variables import Role, Variable
 from .facts import causality, fmi_variables
 from .icon import icon_png
 

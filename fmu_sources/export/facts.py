@@ -7,8 +7,8 @@ import uuid
 from dataclasses import dataclass
 from xml.etree import ElementTree as ET
 
-from ..model import Delay, Model
-from ..variables import Role, Variable
+from ..framework.model import Delay, Model
+from ..framework.variables import Role, Variable
 from .dependencies import influences
 from .units import BASE_UNITS, DISPLAY_UNITS, si_exponents
 

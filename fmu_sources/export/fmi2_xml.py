@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from xml.etree import ElementTree as ET
 
-from ..model import Model
-from ..variables import Role, Variable
+from ..framework.model import Model
+from ..framework.variables import Role, Variable
 from .dependencies import initial_dependencies
 from .facts import (
     DATE,

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 
-from ..model import Model
-from ..registry import ROOT, source_files
+from ..composed.registry import ROOT, source_files
+from ..framework.model import Model
 from . import native
 from .archive import pack
 from .documentation import documentation_files

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pythonfmu
 
-from ..model import Model
-from ..registry import ROOT, source_files
+from ..composed.registry import ROOT, source_files
+from ..framework.model import Model
 from .archive import pack
 from .facts import Flavour, guid
 from .fmi2_xml import describe_fmi2
@@ -22,7 +22,7 @@ without one. It needs no package beside the interpreter. Use the native flavour 
 """
 
 _COMPOSING = """
-from {package}.composed_names import composed
+from {package}.composed.names import composed
 
 MODEL = composed("{name}", lambda _, base=MODEL: base)"""
 

@@ -7,8 +7,8 @@ from typing import Any, ClassVar
 from pythonfmu import Fmi2Slave
 from pythonfmu.enums import Fmi2Status
 
-from ..instance import Instance, ModelError
-from ..model import Model
+from ..framework.instance import Instance, ModelError
+from ..framework.model import Model
 
 _MODE = ("_initialising", "_fresh", "_start_time")
 

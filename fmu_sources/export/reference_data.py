@@ -13,7 +13,7 @@ from __future__ import annotations
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
-from ..model import Model
+from ..framework.model import Model
 from .facts import document
 
 FOLDER = "extra/org.fmi-standard.fmi-ls-ref"

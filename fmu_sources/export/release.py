@@ -7,7 +7,7 @@ import json
 from collections.abc import Iterator
 from pathlib import Path
 
-from ..registry import load, model_files
+from ..composed.registry import load, model_files
 from .build import FMU_FOLDER, release_path, write
 from .native_flavour import native_sources, pack_native, release_binaries
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from xml.etree import ElementTree as ET
 
-from ..model import Model
+from ..framework.model import Model
 from .facts import document
 from .icon import icon_png
 

@@ -22,9 +22,19 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..arithmetic import Arithmetic
-from ..model import Delay, Model, Slot, SlotFunction, Values, no_effect
-from ..variables import declare, fixed, input_, output, parameter, sampled, state, vector, whole_number
+from ..framework.arithmetic import Arithmetic
+from ..framework.model import Delay, Model, Slot, SlotFunction, Values, no_effect
+from ..framework.variables import (
+    declare,
+    fixed,
+    input_,
+    output,
+    parameter,
+    sampled,
+    state,
+    vector,
+    whole_number,
+)
 from .noise import N_GENERATOR, normal, seeded
 
 

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..arithmetic import Arithmetic
+from ..framework.arithmetic import Arithmetic
 
 M1 = 4294967087.0
 M2 = 4294944443.0

@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-from ..arithmetic import Arithmetic
+from ..framework.arithmetic import Arithmetic
 from .geometry import Attitude, Leg, Vector, attitude, legs
 from .inertia import (
     LegMotion,

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from ..arithmetic import Arithmetic
+from ..framework.arithmetic import Arithmetic
 
 Vector = tuple[Any, Any, Any]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from ..variables import (
+from ..framework.variables import (
     Variable,
     declare,
     fixed,

@@ -31,8 +31,8 @@ from collections.abc import Sequence
 from functools import partial, reduce
 from typing import Any, NamedTuple
 
-from ..arithmetic import Arithmetic
-from ..model import Delay, Fault, Model, Slot, SlotFunction, Values, no_effect
+from ..framework.arithmetic import Arithmetic
+from ..framework.model import Delay, Fault, Model, Slot, SlotFunction, Values, no_effect
 from .dynamics import Mechanics, accelerations, holding_forces, leg_acceleration, mechanics
 from .geometry import angle_rates, leg_lengths
 from .hexapod_variables import N_TICKS, VARIABLES

@@ -22,9 +22,9 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from ..arithmetic import Arithmetic
-from ..model import Delay, Model, Slot, SlotFunction, Values, no_effect
-from ..variables import declare, fixed, input_, parameter, sampled, state, vector
+from ..framework.arithmetic import Arithmetic
+from ..framework.model import Delay, Model, Slot, SlotFunction, Values, no_effect
+from ..framework.variables import declare, fixed, input_, parameter, sampled, state, vector
 
 LINE_LENGTH = 100
 SHORTEST_PERIOD = 1e-3

@@ -17,7 +17,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from ..arithmetic import Arithmetic
+from ..framework.arithmetic import Arithmetic
 
 
 class Drive(NamedTuple):

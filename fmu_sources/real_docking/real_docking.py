@@ -20,7 +20,6 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..arithmetic import Arithmetic
 from ..docking_contact.equations import (
     PARAMETERS,
     SLOTS,
@@ -30,8 +29,9 @@ from ..docking_contact.equations import (
     rope_force,
     rope_stiffness,
 )
-from ..model import Delay, Model, SlotFunction, Values, no_effect
-from ..variables import declare, input_, output, parameter, state
+from ..framework.arithmetic import Arithmetic
+from ..framework.model import Delay, Model, SlotFunction, Values, no_effect
+from ..framework.variables import declare, input_, output, parameter, state
 
 
 class RealDocking(Model):

@@ -15,9 +15,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..arithmetic import Arithmetic
-from ..model import Delay, InputHold, Model, Slot, SlotFunction, Values, no_effect
-from ..variables import choice, declare, input_, output, parameter
+from ..framework.arithmetic import Arithmetic
+from ..framework.model import Delay, InputHold, Model, Slot, SlotFunction, Values, no_effect
+from ..framework.variables import choice, declare, input_, output, parameter
 
 _HOLD = {"interpolate": 0.0, "hold_new": -0.5, "hold_old": 0.5}
 

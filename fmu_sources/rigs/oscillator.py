@@ -17,9 +17,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..arithmetic import Arithmetic
-from ..model import Delay, InputHold, Model, Slot, SlotFunction, Values, no_effect
-from ..variables import choice, declare, input_, parameter, state
+from ..framework.arithmetic import Arithmetic
+from ..framework.model import Delay, InputHold, Model, Slot, SlotFunction, Values, no_effect
+from ..framework.variables import choice, declare, input_, parameter, state
 
 
 class Oscillator(Model):

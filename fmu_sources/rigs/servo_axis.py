@@ -19,10 +19,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..arithmetic import Arithmetic
-from ..effects.shapes import clip
-from ..model import Model, Slot, SlotFunction, Values, no_effect
-from ..variables import declare, fixed, input_, output, parameter, sampled, state
+from ..effects.framework.shapes import clip
+from ..framework.arithmetic import Arithmetic
+from ..framework.model import Model, Slot, SlotFunction, Values, no_effect
+from ..framework.variables import declare, fixed, input_, output, parameter, sampled, state
 
 
 class ServoAxis(Model):

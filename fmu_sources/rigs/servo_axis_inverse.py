@@ -14,9 +14,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..arithmetic import Arithmetic
-from ..model import InputHold, Model, Slot, SlotFunction, Values, no_effect
-from ..variables import choice, declare, input_, output, parameter
+from ..framework.arithmetic import Arithmetic
+from ..framework.model import InputHold, Model, Slot, SlotFunction, Values, no_effect
+from ..framework.variables import choice, declare, input_, output, parameter
 
 
 class ServoAxisInverse(Model):

@@ -24,9 +24,9 @@ from __future__ import annotations
 from enum import IntEnum
 from typing import Any
 
-from ..arithmetic import Arithmetic
-from ..model import Delay, Model, SlotFunction, Values, no_effect
-from ..variables import choice, declare, fixed, input_, parameter, sampled, state
+from ..framework.arithmetic import Arithmetic
+from ..framework.model import Delay, Model, SlotFunction, Values, no_effect
+from ..framework.variables import choice, declare, fixed, input_, parameter, sampled, state
 
 
 class Integrator(IntEnum):

@@ -17,9 +17,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..results.modes import Mode, dominant_mode
-from ..results.recorder import Result
-from ..simulation import RunOptions, simulate
+from master.results.modes import Mode, dominant_mode
+from master.results.recorder import Result
+from master.simulation import RunOptions, simulate
+
 from .coupling import Coupled, Part, Walk
 from .history import AGES
 from .laboratory import Laboratory

@@ -18,8 +18,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from ..coupling.schedule import Schedule
-from ..system.graph import System, Wire
+from master.coupling.schedule import Schedule
+from master.system.graph import System, Wire
+
 from .realisation import StateSpace
 
 Floats = NDArray[np.float64]

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..system.graph import Wire
+from master.system.graph import Wire
+
 from .coupling import Coupled
 from .realisation import StateSpace
 

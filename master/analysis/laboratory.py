@@ -6,11 +6,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from ..experiment import Experiment
-from ..fmi.description import Kind
-from ..simulation import Grid, SlaveFactory, load, simulate
-from ..system.graph import Instance, System
-from ..system.values import parse
+from master.experiment import Experiment
+from master.fmi.description import Kind
+from master.simulation import Grid, SlaveFactory, load, simulate
+from master.system.graph import Instance, System
+from master.system.values import parse
+
 from .coupling import Coupled, Part
 from .learning import HOLD, REASON, learns, measure_learned
 from .realisation import StateSpace, realise

@@ -8,10 +8,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from ..experiment import Experiment
-from ..simulation import RunOptions, SlaveFactory, running
-from ..system.graph import Instance, System
-from ..system.values import parse
+from master.experiment import Experiment
+from master.simulation import RunOptions, SlaveFactory, running
+from master.system.graph import Instance, System
+from master.system.values import parse
+
 from .responses import Question, Responses, measure_running
 
 HOLD = "identification_held"

@@ -21,7 +21,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from ..system.graph import Wire
+from master.system.graph import Wire
+
 from .coupling import Coupled, Opened
 from .poles import growth_rate
 

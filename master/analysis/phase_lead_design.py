@@ -24,12 +24,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import ConfigError, expected
-from ..experiment import Experiment
-from ..simulation import SlaveFactory, load
-from ..system.config import Compare, PhaseLead
-from ..system.graph import Wire
-from ..system.values import parse
+from master.errors import ConfigError, expected
+from master.experiment import Experiment
+from master.simulation import SlaveFactory, load
+from master.system.config import Compare, PhaseLead
+from master.system.graph import Wire
+from master.system.values import parse
+
 from .frequency import response_from
 from .laboratory import Laboratory, changed
 

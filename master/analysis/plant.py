@@ -17,10 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from ..errors import ConfigError, expected
-from ..fmi.description import Description
-from ..simulation import SlaveFactory, load
-from ..system.graph import Instance
+from master.errors import ConfigError, expected
+from master.fmi.description import Description
+from master.simulation import SlaveFactory, load
+from master.system.graph import Instance
+
 from .frequency import response
 from .realisation import StateSpace, realise
 from .responses import Question, measure

@@ -16,15 +16,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..coupling.schedule import Schedule
-from ..errors import FmuError
-from ..fmi.description import Description, Kind, Variable
-from ..fmi.slave import Slave
-from ..simulation import SlaveFactory
-from ..stepping import calls, loop
-from ..stepping.program import WARNING
-from ..stepping.translation import build_program
-from ..system.graph import Instance, Port, System
+from master.coupling.schedule import Schedule
+from master.errors import FmuError
+from master.fmi.description import Description, Kind, Variable
+from master.fmi.slave import Slave
+from master.simulation import SlaveFactory
+from master.stepping import calls, loop
+from master.stepping.program import WARNING
+from master.stepping.translation import build_program
+from master.system.graph import Instance, Port, System
 
 Floats = NDArray[np.float64]
 

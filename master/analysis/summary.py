@@ -7,9 +7,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from ..experiment import Experiment
-from ..results.modes import Mode
-from ..simulation import SlaveFactory, load
+from master.experiment import Experiment
+from master.results.modes import Mode
+from master.simulation import SlaveFactory, load
+
 from .along import Along, along
 from .coupling import Coupled
 from .laboratory import Assumption, Laboratory

@@ -15,9 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from ..errors import ConfigError, expected
-from ..fmi.description import Kind
-from ..system.graph import System, Wire
+from master.errors import ConfigError, expected
+from master.fmi.description import Kind
+from master.system.graph import System, Wire
+
 from .laboratory import Laboratory
 from .margins import margin
 from .poles import growth_rate

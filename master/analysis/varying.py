@@ -14,7 +14,8 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ..simulation import SlaveFactory
+from master.simulation import SlaveFactory
+
 from . import history
 from .learning import HOLD
 from .realisation import StateSpace

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 from scipy.linalg import eig
 
-from ..system.graph import Wire
+from master.system.graph import Wire
+
 from .coupling import Coupled
 from .poles import SMALLEST_MODULUS, Pole
 

@@ -8,13 +8,14 @@ from typing import Any
 import click
 from rich.progress import Progress
 
-from ..analysis.laboratory import Laboratory
-from ..analysis.map_plot import plot_map
-from ..analysis.summary import judge, lines, pole_dict
-from ..analysis.sweep import StabilityMap, parse_axis, stability_map
-from ..analysis.zeros import zeros
-from ..errors import ConfigError, expected
-from ..experiment import Experiment, Request, prepare
+from master.analysis.laboratory import Laboratory
+from master.analysis.map_plot import plot_map
+from master.analysis.summary import judge, lines, pole_dict
+from master.analysis.sweep import StabilityMap, parse_axis, stability_map
+from master.analysis.zeros import zeros
+from master.errors import ConfigError, expected
+from master.experiment import Experiment, Request, prepare
+
 from .common import CONFIG, FLAVOUR, JSON, SET, STDERR, VARIANT, answers_errors, print_json, show_building
 
 

@@ -8,12 +8,12 @@ from pathlib import Path
 import click
 from rich.progress import track
 
-from fmu_sources import registry
+from fmu_sources.composed import registry
 from fmu_sources.export import build as builder
 from fmu_sources.export import release as releaser
 from fmu_sources.export.native import NativeBuildError
+from master.errors import ConfigError, expected
 
-from ..errors import ConfigError, expected
 from .common import FLAVOUR, STDERR, answers_errors
 
 

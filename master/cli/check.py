@@ -7,7 +7,8 @@ from typing import Any
 
 import click
 
-from ..experiment import Request, prepare
+from master.experiment import Request, prepare
+
 from .common import CONFIG, FLAVOUR, JSON, SET, VARIANT, answers_errors, print_json, show_building
 
 

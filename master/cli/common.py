@@ -12,8 +12,8 @@ from typing import Any
 import click
 from rich.console import Console
 
-from ..catalogue import FLAVOURS
-from ..errors import ConfigError, MasterError
+from master.catalogue import FLAVOURS
+from master.errors import ConfigError, MasterError
 
 CONFIG = click.argument("config", type=click.Path(path_type=Path))
 JSON = click.option("--json", "as_json", is_flag=True, help="Print one JSON object and nothing else.")

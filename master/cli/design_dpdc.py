@@ -8,10 +8,11 @@ from typing import Any
 import click
 import numpy as np
 
-from ..analysis.phase_lead_design import Design, design
-from ..errors import ConfigError
-from ..experiment import Request, prepare
-from ..system.config import PhaseLead
+from master.analysis.phase_lead_design import Design, design
+from master.errors import ConfigError
+from master.experiment import Request, prepare
+from master.system.config import PhaseLead
+
 from .common import CONFIG, FLAVOUR, JSON, SET, VARIANT, answers_errors, print_json, show_building
 
 

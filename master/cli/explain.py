@@ -7,9 +7,10 @@ from typing import Any
 
 import click
 
-from ..coupling.algebraic import algebraic_loops
-from ..coupling.ledger import Entry, Ledger
-from ..experiment import Experiment, Request, prepare
+from master.coupling.algebraic import algebraic_loops
+from master.coupling.ledger import Entry, Ledger
+from master.experiment import Experiment, Request, prepare
+
 from .common import CONFIG, FLAVOUR, JSON, SET, VARIANT, answers_errors, print_json, show_building
 
 

@@ -7,8 +7,9 @@ from typing import Any
 
 import click
 
-from ..experiment import Request, prepare
-from ..ssp.export import write_ssp
+from master.experiment import Request, prepare
+from master.ssp.export import write_ssp
+
 from .common import CONFIG, FLAVOUR, SET, VARIANT, answers_errors, show_building
 
 

@@ -8,10 +8,11 @@ from typing import Any
 import click
 import numpy as np
 
-from .. import catalogue
-from ..analysis.plant import AXES, CONFIGURED, TABULATED, Fit, fit, judge
-from ..analysis.plant import linearise as realised
-from ..fmi.description import read_description
+from master import catalogue
+from master.analysis.plant import AXES, CONFIGURED, TABULATED, Fit, fit, judge
+from master.analysis.plant import linearise as realised
+from master.fmi.description import read_description
+
 from .common import FLAVOUR, JSON, answers_errors, print_json, show_building
 
 

@@ -10,9 +10,10 @@ import click
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from ..reproduce.claim import CONDITION, FAILS, HOLDS
-from ..reproduce.reproduction import Reproduction
-from ..reproduce.reproduction import reproduce as reproduce_paper
+from master.reproduce.claim import CONDITION, FAILS, HOLDS
+from master.reproduce.reproduction import Reproduction
+from master.reproduce.reproduction import reproduce as reproduce_paper
+
 from .common import JSON, STDERR, answers_errors, print_json, show_building
 
 _STYLES = {HOLDS: "green", CONDITION: "yellow", FAILS: "red"}

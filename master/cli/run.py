@@ -12,12 +12,13 @@ from typing import Any
 import click
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
-from .. import simulation
-from ..errors import EXIT_DIVERGED, EXIT_FMU
-from ..experiment import Experiment, Request, prepare
-from ..results.files import ResultFiles
-from ..results.report import Report, save_run, summary_lines
-from ..stepping.pacing import CONTINUE, STOP, Pacer
+from master import simulation
+from master.errors import EXIT_DIVERGED, EXIT_FMU
+from master.experiment import Experiment, Request, prepare
+from master.results.files import ResultFiles
+from master.results.report import Report, save_run, summary_lines
+from master.stepping.pacing import CONTINUE, STOP, Pacer
+
 from .common import CONFIG, FLAVOUR, JSON, SET, STDERR, VARIANT, answers_errors, print_json, show_building
 
 _EXIT = {

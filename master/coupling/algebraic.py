@@ -11,8 +11,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from itertools import islice
 
-from ..fmi.description import Description
-from ..system.graph import System, Wire
+from master.fmi.description import Description
+from master.system.graph import System, Wire
+
 from .ledger import steps_of
 from .loops import closed_paths
 from .schedule import Schedule

@@ -14,8 +14,9 @@ from dataclasses import dataclass
 from itertools import islice
 from math import gcd
 
-from ..fmi.description import DeclaredDelay, Description
-from ..system.graph import Instance, System, Wire
+from master.fmi.description import DeclaredDelay, Description
+from master.system.graph import Instance, System, Wire
+
 from .loops import closed_paths
 from .schedule import Schedule
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 
-from ..fmi.description import Description
-from ..system.graph import System, Wire
+from master.fmi.description import Description
+from master.system.graph import System, Wire
 
 Passes = Callable[[Description, str, str], bool]
 

@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from graphlib import CycleError, TopologicalSorter
 
-from ..errors import ConfigError, expected
-from ..system.config import IteratedGroup
-from ..system.graph import System, Wire
+from master.errors import ConfigError, expected
+from master.system.config import IteratedGroup
+from master.system.graph import System, Wire
 
 
 @dataclass(frozen=True)

@@ -7,14 +7,14 @@ from pathlib import Path
 from typing import Any
 
 from fmu_sources.export import build
+from master.diagnosis.report.page import page
+from master.diagnosis.report.panels import panels
+from master.experiment import prepare
+from master.fmi.description import read_description
 
-from ..experiment import prepare
-from ..fmi.description import read_description
 from .case import load_case
 from .corrected import Corrected, correct
 from .pipeline import Diagnosis, diagnose
-from .report.page import page
-from .report.panels import panels
 from .sealed import sealed
 from .study import Progress
 from .verdict import as_dict

@@ -9,9 +9,10 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, ValidationError, model_validator
 
-from ..errors import ConfigError, expected
-from ..system.config import FmuEntry, LoadedConfig, Part, Signal
-from ..system.yaml_lines import Document, read_yaml
+from master.errors import ConfigError, expected
+from master.system.config import FmuEntry, LoadedConfig, Part, Signal
+from master.system.yaml_lines import Document, read_yaml
+
 from .split import PARTS
 
 DATA = "DOCKLOOP_DATA"

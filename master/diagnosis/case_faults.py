@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 
-from fmu_sources import registry
-from fmu_sources.composition import all_slots
+from fmu_sources.composed import registry
+from fmu_sources.composed.composition import all_slots
 from fmu_sources.effects import catalogue as effects
-from fmu_sources.effects.roles import fits
-from fmu_sources.model import Slot
+from fmu_sources.effects.framework.roles import fits
+from fmu_sources.framework.model import Slot
+from master import catalogue
+from master.errors import expected
+from master.fmi.description import Variable
+from master.system.graph import Instance, System
+from master.system.values import parse
 
-from .. import catalogue
-from ..errors import expected
-from ..fmi.description import Variable
-from ..system.graph import Instance, System
-from ..system.values import parse
 from .case import LoadedCase, RefitEntry
 from .unit_names import unit
 

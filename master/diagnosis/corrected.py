@@ -12,8 +12,8 @@ from typing import Any
 import yaml
 
 from fmu_sources.export import build
+from master import catalogue
 
-from .. import catalogue
 from .parts import CutSystem
 from .pipeline import Diagnosis
 from .variants import source_with

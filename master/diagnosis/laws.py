@@ -13,9 +13,9 @@ from types import SimpleNamespace
 import numpy as np
 from scipy.signal import lfilter, lfiltic
 
-from fmu_sources.effects.effect import Place, Rms
+from fmu_sources.effects.framework.effect import Place, Rms
+from fmu_sources.effects.framework.roles import place, roles
 from fmu_sources.effects.learned import MEMORY_TIME, N_PLAYS, WIDTHS, axes, coefficients, n_terms, terms
-from fmu_sources.effects.roles import place, roles
 
 from .slot_signals import ARRAYS
 from .study import Study

@@ -7,8 +7,9 @@ from collections.abc import Mapping
 import numpy as np
 from scipy.signal import butter, filtfilt
 
-from .. import catalogue
-from ..errors import ConfigError, DataError
+from master import catalogue
+from master.errors import ConfigError, DataError
+
 from .case import Case, LoadedCase, SignalEntry
 from .parts import CutSystem, cut
 from .recordings import Column, Recording, Rules, read

@@ -11,17 +11,17 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from fmu_sources import registry
-from fmu_sources.composition import all_slots
-from fmu_sources.model import Model, Slot
+from fmu_sources.composed import registry
+from fmu_sources.composed.composition import all_slots
+from fmu_sources.framework.model import Model, Slot
+from master import catalogue
+from master.coupling.schedule import make_schedule
+from master.errors import ConfigError, expected
+from master.fmi.description import Description, read_description
+from master.system.config import Config, LoadedConfig, load_config
+from master.system.graph import System, build_system
+from master.system.values import parse
 
-from .. import catalogue
-from ..coupling.schedule import make_schedule
-from ..errors import ConfigError, expected
-from ..fmi.description import Description, read_description
-from ..system.config import Config, LoadedConfig, load_config
-from ..system.graph import System, build_system
-from ..system.values import parse
 from .case import LoadedCase
 from .case_faults import faults
 

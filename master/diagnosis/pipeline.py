@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..errors import ConfigError, DataError
+from master.errors import ConfigError, DataError
+
 from .bench import Bench
 from .case import Case, LoadedCase
 from .evidence import detect

@@ -15,11 +15,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import ConfigError, FmuError
-from ..fmi.description import Description, Kind, Variable
-from ..fmi.fmi2 import Fmi2Slave
-from ..fmi.value_types import FLOAT64
-from ..stepping import calls
+from master.errors import ConfigError, FmuError
+from master.fmi.description import Description, Kind, Variable
+from master.fmi.fmi2 import Fmi2Slave
+from master.fmi.value_types import FLOAT64
+from master.stepping import calls
+
 from .tables import Array
 
 Integers = NDArray[np.int64]

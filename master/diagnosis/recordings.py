@@ -8,7 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ..errors import DataError
+from master.errors import DataError
+
 from .tables import Array, Table, read_table, shortened
 from .unit_names import unit
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fmu_sources.effects.common import NEVER
+from fmu_sources.effects.framework.common import NEVER
 
 from .fitting import STEP, Fit, Parameter, bounded
 from .injection import Injection

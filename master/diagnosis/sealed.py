@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from .. import catalogue
+from master import catalogue
+
 from .bench import Bench
 from .part_result import PartResult
 from .parts import CutSystem, Part

@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from fmu_sources.composition import EQUATIONS, all_slots
-from fmu_sources.effects.effect import Rms
-from fmu_sources.effects.roles import roles
-from fmu_sources.instance import Instance
-from fmu_sources.model import Model
-from fmu_sources.variables import Role
+from fmu_sources.composed.composition import EQUATIONS, all_slots
+from fmu_sources.effects.framework.effect import Rms
+from fmu_sources.effects.framework.roles import roles
+from fmu_sources.framework.instance import Instance
+from fmu_sources.framework.model import Model
+from fmu_sources.framework.variables import Role
 
 from .bench import Bench
 from .parts import CutSystem, Values

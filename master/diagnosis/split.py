@@ -6,7 +6,7 @@ import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from ..errors import DataError
+from master.errors import DataError
 
 PARTS = ("fit", "select", "sealed")
 

@@ -8,9 +8,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fmu_sources.effects.effect import Rms
+from fmu_sources.effects.framework.effect import Rms
+from master.errors import FmuError
 
-from ..errors import FmuError
 from .bench import Bench
 from .case import Case
 from .fitting import Candidate, Fit, Parameter, fit

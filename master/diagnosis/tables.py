@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import DataError
+from master.errors import DataError
 
 Array = NDArray[np.float64]
 N_SHOWN = 5

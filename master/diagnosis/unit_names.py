@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from ..fmi.units import Unit
+from master.fmi.units import Unit
 
 POUND_FORCE = 4.4482216152605
 GRAVITY = 9.80665

@@ -9,16 +9,16 @@ from dataclasses import dataclass
 from multiprocessing import get_context
 from pathlib import Path
 
-from fmu_sources.composition import AND, SEPARATOR
+from fmu_sources.composed.composition import AND, SEPARATOR
 from fmu_sources.effects import catalogue as effects
-from fmu_sources.effects.effect import Effect, Rms
-from fmu_sources.effects.roles import fits
+from fmu_sources.effects.framework.effect import Effect, Rms
+from fmu_sources.effects.framework.roles import fits
 from fmu_sources.export import build
 from fmu_sources.export.native import NativeBuildError
+from master import catalogue
+from master.errors import ConfigError
+from master.fmi.description import read_description
 
-from .. import catalogue
-from ..errors import ConfigError
-from ..fmi.description import read_description
 from .fitting import Parameter
 from .parts import CutSystem, Part
 from .player import Link, Player

@@ -18,7 +18,8 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-from ..jit import compiled_form, inner
+from master.jit import compiled_form, inner
+
 from .value_types import (
     BOOLEAN,
     FLOAT32,

@@ -11,7 +11,8 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as ET
 
-from ..errors import ConfigError
+from master.errors import ConfigError
+
 from . import value_types
 from .arrays import element_names, elements, first_number, is_ticked, not_exchanged
 from .units import Unit, units_of

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from ..system.values import parse
+from master.system.values import parse
+
 from .description import Kind, Variable
 from .event_mode import EventMode
 from .fmu import FmuSlave, address

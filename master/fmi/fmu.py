@@ -10,7 +10,8 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from ..errors import FmuError
+from master.errors import FmuError
+
 from . import folders
 from .description import Description, Kind, Variable
 from .value_types import RANGES

@@ -8,7 +8,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
-from ..errors import FmuError
+from master.errors import FmuError
+
 from .description import Description
 
 Unpack = Callable[[Path], str]

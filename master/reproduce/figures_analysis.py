@@ -6,8 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..analysis.laboratory import Laboratory
-from ..analysis.sweep import parse_axis, stability_map
+from master.analysis.laboratory import Laboratory
+from master.analysis.sweep import parse_axis, stability_map
+
 from .cases import EXACT, LINEAR, run_of
 from .claims_methods import drag_run
 from .drawing import S_ACT, S_IDEAL, TIME, Recordings, curve

@@ -11,10 +11,11 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from ..experiment import Experiment
-from ..results.metrics import NAMES, Metrics, compute_metrics
-from ..results.modes import Mode, dominant_mode, project
-from ..results.recorder import Result
+from master.experiment import Experiment
+from master.results.metrics import NAMES, Metrics, compute_metrics
+from master.results.modes import Mode, dominant_mode, project
+from master.results.recorder import Result
+
 from . import contact
 from .poles import cancellation, judged
 

@@ -13,13 +13,14 @@ from itertools import permutations
 
 from numpy.linalg import eigvals
 
-from ..analysis.coupling import Coupled
-from ..analysis.laboratory import Laboratory
-from ..analysis.poles import Pole, dominant, poles
-from ..coupling.ledger import make_ledger, steps_of
-from ..coupling.schedule import Schedule, make_schedule
-from ..experiment import Experiment
-from ..system.config import IteratedGroup
+from master.analysis.coupling import Coupled
+from master.analysis.laboratory import Laboratory
+from master.analysis.poles import Pole, dominant, poles
+from master.coupling.ledger import make_ledger, steps_of
+from master.coupling.schedule import Schedule, make_schedule
+from master.experiment import Experiment
+from master.system.config import IteratedGroup
+
 from .cases import EXACT, LINEAR, run_of
 from .poles import without_ideal
 from .runs import experiment_of

@@ -16,12 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eig
 
-from ..analysis.coupling import Coupled
-from ..analysis.laboratory import Laboratory
-from ..analysis.poles import Pole, dominant, growth_rate, nearest, poles
-from ..experiment import Experiment
-from ..fmi.units import conversion
-from ..system.graph import Wire
+from master.analysis.coupling import Coupled
+from master.analysis.laboratory import Laboratory
+from master.analysis.poles import Pole, dominant, growth_rate, nearest, poles
+from master.experiment import Experiment
+from master.fmi.units import conversion
+from master.system.graph import Wire
 
 Complexes = NDArray[np.complex128]
 

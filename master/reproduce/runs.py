@@ -12,13 +12,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..catalogue import Progress, silent
-from ..coupling.schedule import make_schedule
-from ..errors import ConfigError
-from ..experiment import Experiment, Request, prepare
-from ..simulation import RunOptions, simulate
-from ..system.graph import System
-from ..system.values import parse
+from master.catalogue import Progress, silent
+from master.coupling.schedule import make_schedule
+from master.errors import ConfigError
+from master.experiment import Experiment, Request, prepare
+from master.simulation import RunOptions, simulate
+from master.system.graph import System
+from master.system.values import parse
+
 from .measures import MEASURES, Trace
 
 Floats = NDArray[np.float64]

@@ -15,7 +15,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..system.config import Compare
+from master.system.config import Compare
 from .modes import Mode, dominant_mode, modes, project
 from .recorder import Result
 

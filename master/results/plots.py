@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..system.config import Compare
+from master.system.config import Compare
 from .recorder import Result
 
 _REFERENCE = {"color": "0.15", "linewidth": 2.6, "alpha": 0.45}

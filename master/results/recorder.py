@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ..system.graph import Port
+from master.system.graph import Port
 
 Floats = NDArray[np.float64]
 

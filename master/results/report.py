@@ -7,11 +7,11 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
-from ..experiment import Experiment
+from master.experiment import Experiment
 from .metrics import Metrics, compute_metrics
 from .plots import plot_run
 from .files import ResultFiles, write_result
-from ..simulation import Outcome
+from master.simulation import Outcome
 
 
 @dataclass(frozen=True)

@@ -15,9 +15,10 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as ET
 
-from ..experiment import Experiment
-from ..fmi.description import Kind, Variable
-from ..system.graph import Instance, Wire
+from master.experiment import Experiment
+from master.fmi.description import Kind, Variable
+from master.system.graph import Instance, Wire
+
 from .names import COUPLING, SSC, SSD, SSV, STRUCTURE, ssc, ssd, ssv
 
 PARAMETER_SET = "initialValues"  # one name for all FMUs: tools choose a set by its name

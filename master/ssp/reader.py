@@ -10,9 +10,10 @@ from xml.etree import ElementTree as ET
 
 from pydantic import ValidationError
 
-from ..errors import ConfigError
-from ..system.config import Config, LoadedConfig
-from ..system.yaml_lines import Document
+from master.errors import ConfigError
+from master.system.config import Config, LoadedConfig
+from master.system.yaml_lines import Document
+
 from .names import COUPLING, STRUCTURE, ssc, ssd, ssv
 
 _DEFAULT_STEP = 1e-3

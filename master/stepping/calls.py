@@ -16,7 +16,7 @@ from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
-from ..jit import compiled_form
+from master.jit import compiled_form
 
 _INT, _DOUBLE, _POINTER, _SIZE = ctypes.c_int, ctypes.c_double, ctypes.c_void_p, ctypes.c_size_t
 _EXCHANGE = (_INT, _POINTER, _POINTER, _SIZE, _POINTER)

@@ -6,22 +6,11 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from ..fmi.description import Variable
-from ..fmi.slave import Slave
-from ..system.graph import System
-from .program import (
-    DELAY,
-    DRAWN,
-    FALLBACK,
-    JITTER,
-    MODE,
-    OFFSET,
-    PASS,
-    RANDOM,
-    Floats,
-    Integers,
-    Program,
-)
+from master.fmi.description import Variable
+from master.fmi.slave import Slave
+from master.system.graph import System
+
+from .program import DELAY, DRAWN, FALLBACK, JITTER, MODE, OFFSET, PASS, RANDOM, Floats, Integers, Program
 from .scenario import Action, Scenario, ScenarioEvent
 
 _NEUTRAL = {MODE: float(PASS), OFFSET: 0.0, DELAY: 0.0, JITTER: 0.0}

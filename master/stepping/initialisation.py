@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from ..coupling.schedule import Schedule
-from ..errors import FmuError
-from ..fmi.slave import Slave
-from ..system.graph import System, Wire
+from master.coupling.schedule import Schedule
+from master.errors import FmuError
+from master.fmi.slave import Slave
+from master.system.graph import System, Wire
 
 
 def initialise(system: System, schedule: Schedule, slaves: Mapping[str, Slave], t0: float) -> None:

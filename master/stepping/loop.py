@@ -11,8 +11,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..fmi.cells import LARGEST_SIZE, row_at, whole
-from ..jit import inner
+from master.fmi.cells import LARGEST_SIZE, row_at, whole
+from master.jit import inner
+
 from . import calls
 from .operations import channel, close_loop, extrapolate
 from .program import (

@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..fmi.cells import load, store
-from ..fmi.value_types import FLOAT64, UINT8
-from ..jit import inner
+from master.fmi.cells import load, store
+from master.fmi.value_types import FLOAT64, UINT8
+from master.jit import inner
+
 from . import calls
 from .program import (
     DELAY,

@@ -11,13 +11,14 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import FmuError
-from ..fmi.cells import first_misfit
-from ..fmi.fmu import STATUS
-from ..fmi.slave import Slave
-from ..fmi.value_types import NAMES, RANGES
-from ..results.recorder import Recorder, Result, Sink
-from ..system.graph import Port, System
+from master.errors import FmuError
+from master.fmi.cells import first_misfit
+from master.fmi.fmu import STATUS
+from master.fmi.slave import Slave
+from master.fmi.value_types import NAMES, RANGES
+from master.results.recorder import Recorder, Result, Sink
+from master.system.graph import Port, System
+
 from . import loop
 from .director import Director
 from .operations import ENDED_WITHIN, MISFIT, STOOD_STILL, WANTED_EVENTS

@@ -12,11 +12,12 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from ..errors import ConfigError
-from ..fmi.description import Description, Kind
-from ..system.config import Event, LoadedConfig, finite
-from ..system.graph import System, signal_fault
-from ..system.values import parse
+from master.errors import ConfigError
+from master.fmi.description import Description, Kind
+from master.system.config import Event, LoadedConfig, finite
+from master.system.graph import System, signal_fault
+from master.system.values import parse
+
 from .program import DELAY, DROP, FREEZE, JITTER, MODE, OFFSET, RANDOM
 
 _DEEDS = ("set", "offset", "freeze", "drop", "delay", "jitter")

@@ -7,11 +7,12 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ..coupling.schedule import Iteration, Schedule
-from ..fmi.arrays import completed
-from ..fmi.description import Kind, Variable
-from ..fmi.slave import Slave
-from ..system.graph import Port, System, Wire
+from master.coupling.schedule import Iteration, Schedule
+from master.fmi.arrays import completed
+from master.fmi.description import Kind, Variable
+from master.fmi.slave import Slave
+from master.system.graph import Port, System, Wire
+
 from .program import (
     BLOCK_WIDTH,
     CHANNEL,

@@ -7,9 +7,10 @@ references counted, and an index into it would be looked at for counting from th
 
 from __future__ import annotations
 
-from ..fmi.cells import copy_cells, load, pack, row_at, store, unpack, whole
-from ..fmi.value_types import FLOAT64
-from ..jit import inlined
+from master.fmi.cells import copy_cells, load, pack, row_at, store, unpack, whole
+from master.fmi.value_types import FLOAT64
+from master.jit import inlined
+
 from . import calls
 from .operations import MISFIT, asks, heed
 from .program import BLOCK_WIDTH, COPY_WIDTH, WARNING

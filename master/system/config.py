@@ -19,7 +19,8 @@ from pydantic import (
     model_validator,
 )
 
-from ..errors import ConfigError, expected
+from master.errors import ConfigError, expected
+
 from .yaml_lines import Document, Place, read_yaml
 
 MOST_DELAY = 10**7  # ticks; each older value is kept in memory

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
-from ..errors import ConfigError, expected
-from ..fmi.description import Description, Kind, Variable
-from ..fmi.units import Conversion, conversion
+from master.errors import ConfigError, expected
+from master.fmi.description import Description, Kind, Variable
+from master.fmi.units import Conversion, conversion
+
 from .config import Connection, LoadedConfig, Value
 from .values import parse, settable
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 
-from ..errors import expected
-from ..fmi.description import Description, Kind, Variable
-from ..fmi.value_types import RANGES
+from master.errors import expected
+from master.fmi.description import Description, Kind, Variable
+from master.fmi.value_types import RANGES
+
 from .config import Value
 
 

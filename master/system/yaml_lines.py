@@ -9,7 +9,7 @@ from typing import Any
 
 import yaml
 
-from ..errors import ConfigError
+from master.errors import ConfigError
 
 Place = tuple[str | int, ...]
 

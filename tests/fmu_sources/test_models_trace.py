@@ -2,9 +2,9 @@ from __future__ import annotations
 
 import pytest
 
+from fmu_sources.composed.registry import load
 from fmu_sources.export.dependencies import Label, LabelArithmetic
-from fmu_sources.registry import load
-from fmu_sources.variables import Role
+from fmu_sources.framework.variables import Role
 
 NAMES = (
     "spacecraft",

@@ -13,7 +13,7 @@ import pytest
 from experiment_in_fmu import Vectors, vectors
 from other_tools import importable, require
 
-from fmu_sources import registry
+from fmu_sources.composed import registry
 from fmu_sources.export import build
 from fmu_sources.export.native_flavour import native_sources, pack_native, release_binaries
 

@@ -14,7 +14,7 @@ from experiment_in_fmu import in_fmpy, vectors
 from fmpy.validation import validate_fmu
 from other_tools import importable, require
 
-from fmu_sources import registry
+from fmu_sources.composed import registry
 from fmu_sources.export import build
 from fmu_sources.export.native_flavour import host_binaries, native_sources, pack_native
 from fmu_sources.export.python_flavour import build_python

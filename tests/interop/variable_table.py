@@ -5,10 +5,10 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from fmu_sources import registry
+from fmu_sources.composed import registry
 from fmu_sources.export.facts import causality, fmi_variables, start_text, variability
-from fmu_sources.model import Model
-from fmu_sources.variables import Variable
+from fmu_sources.framework.model import Model
+from fmu_sources.framework.variables import Variable
 
 GUIDE = Path(__file__).parents[2] / "docs" / "use_the_compensator_elsewhere.md"
 BEGIN, END = "<!-- variables: begin -->", "<!-- variables: end -->"

@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 from reference_experiment import Experiment
 
-from fmu_sources import registry
+from fmu_sources.composed import registry
 from fmu_sources.export.native_flavour import NativeSources, pack_native
 from fmu_sources.export.reference_data import AGREEMENT, FOLDER, reference_files, reference_paths
-from fmu_sources.instance import Instance
+from fmu_sources.framework.instance import Instance
 
 LARGEST_FILE = 60_000
 REPEATABLE = {"motion_simulator": 1e-8}  # its integrator chooses its steps; the others: rounding of libraries

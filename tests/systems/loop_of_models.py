@@ -11,7 +11,7 @@ from scipy.optimize import least_squares
 from fmu_sources.compensator.compensator import MODEL as COMPENSATOR
 from fmu_sources.docking_contact.docking_contact import MODEL as CONTACT
 from fmu_sources.force_sensor.force_sensor import MODEL as SENSOR
-from fmu_sources.instance import Instance
+from fmu_sources.framework.instance import Instance
 from fmu_sources.motion_simulator.motion_simulator_linear import MODEL as SIMULATOR
 from fmu_sources.real_docking.real_docking import MODEL as REAL
 from fmu_sources.spacecraft.spacecraft import MODEL as SPACECRAFT

@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib.util
 from collections.abc import Mapping
 
-from ...model import Model
+from ...framework.model import Model
 from .compile import compile_host, compile_release
 from .errors import MissingToolError, NativeBuildError
 from .platforms import host_folders, of_version
@@ -27,7 +27,7 @@ def generate(model: Model, guid: str) -> dict[str, bytes]:
     """Generate all C files of a model: file name to content (see `codegen.generate`)."""
     if importlib.util.find_spec("casadi") is None:
         raise MissingToolError("casadi")
-    from .codegen import generate as generate_sources  # the only part that imports CasADi
+    from .codegen import generate as generate_sources
 
     return generate_sources(model, guid)
 

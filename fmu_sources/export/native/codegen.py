@@ -6,7 +6,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from ...model import Model
+from ...framework.model import Model
 from .emit import emit
 from .errors import MissingToolError
 from .tables import header, tables

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ...model import Model
-from ...variables import Role, Variable
+from ...framework.model import Model
+from ...framework.variables import Role, Variable
 
 
 def header(model: Model, guid: str) -> str:

@@ -7,7 +7,7 @@ from typing import Any
 
 import casadi as ca
 
-from ...model import Model
+from ...framework.model import Model
 from .casadi_arithmetic import CASADI, as_written
 
 ARGUMENTS = ("t", "x", "u", "p")

@@ -8,9 +8,10 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from ..parts import CutSystem
-from ..sealed import SealedPart
-from ..tables import Array
+from master.diagnosis.parts import CutSystem
+from master.diagnosis.sealed import SealedPart
+from master.diagnosis.tables import Array
+
 from .drawing import AFTER, BEFORE, MEASURED, draw, label, legend, new_figure, unit_of
 
 STRETCH, FEWEST = 0.06, 200

@@ -11,10 +11,9 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from fmu_sources.effects.roles import roles
-
-from ..parts import CutSystem
-from ..tables import Array
+from fmu_sources.effects.framework.roles import roles
+from master.diagnosis.parts import CutSystem
+from master.diagnosis.tables import Array
 
 MOST_BINS = 2000
 MEASURED, BEFORE, AFTER = "measured", "before", "after"

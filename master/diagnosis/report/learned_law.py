@@ -9,13 +9,13 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from fmu_sources.arithmetic import PYTHON
-from fmu_sources.effects.effect import Effect
-from fmu_sources.effects.roles import Signals
+from fmu_sources.effects.framework.effect import Effect
+from fmu_sources.effects.framework.roles import Signals
+from fmu_sources.framework.arithmetic import PYTHON
+from master.diagnosis.part_result import PartResult
+from master.diagnosis.slot_signals import ARRAYS
+from master.diagnosis.tables import Array
 
-from ..part_result import PartResult
-from ..slot_signals import ARRAYS
-from ..tables import Array
 from .drawing import new_figure, role_label
 
 MOST_POINTS = 4000

@@ -6,9 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from ..part_result import PartResult
-from ..pipeline import Diagnosis
-from ..sealed import SealedPart
+from master.diagnosis.part_result import PartResult
+from master.diagnosis.pipeline import Diagnosis
+from master.diagnosis.sealed import SealedPart
+
 from .compared import compared
 from .drawing import save
 from .learned_law import law

@@ -9,9 +9,10 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from scipy.signal import welch
 
-from ..evidence import worst_output
-from ..part_result import PartResult
-from ..tables import Array
+from master.diagnosis.evidence import worst_output
+from master.diagnosis.part_result import PartResult
+from master.diagnosis.tables import Array
+
 from .drawing import AFTER, BEFORE, COLOURS, draw, legend, new_figure, role_label, unit_of
 
 MOST_POINTS, MOST_BARS = 4000, 8

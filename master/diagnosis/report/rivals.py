@@ -6,8 +6,9 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from ..ranking import ERRORS, SMALLEST_GAIN
-from ..search import Found, Round
+from master.diagnosis.ranking import ERRORS, SMALLEST_GAIN
+from master.diagnosis.search import Found, Round
+
 from .drawing import AFTER, COLOURS, new_figure
 
 ROW = 0.26

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from fmu_sources.compensator.compensator import MODEL
-from fmu_sources.instance import Instance
+from fmu_sources.framework.instance import Instance
 
 T = 1e-3
 OFF = {"fmdc": False, "cfdc": False, "dpdc": False}

@@ -10,8 +10,8 @@ from fmu_sources.compensator.compensator import MODEL
 from fmu_sources.compensator.difference import process_parameters
 from fmu_sources.compensator.ports import Identifier
 from fmu_sources.export.dependencies import initial_dependencies
-from fmu_sources.instance import ModelError
-from fmu_sources.variables import Role
+from fmu_sources.framework.instance import ModelError
+from fmu_sources.framework.variables import Role
 
 OUTPUTS = ["f_des", "s_cmd", "df", "m_e_id", "k_m_id", "c_m_id", "k_p_id", "c_p_id", "attributes_valid"]
 

@@ -5,7 +5,6 @@ import pytest
 from made import CONTACTS, T, parameters, polynomials
 from scipy.signal import cont2discrete
 
-from fmu_sources.arithmetic import PYTHON
 from fmu_sources.compensator.difference import (
     DifferenceMethod,
     attributes,
@@ -14,6 +13,7 @@ from fmu_sources.compensator.difference import (
     process_parameters,
     weight,
 )
+from fmu_sources.framework.arithmetic import PYTHON
 
 METHODS = {
     DifferenceMethod.backward: "backward_diff",

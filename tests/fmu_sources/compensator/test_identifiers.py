@@ -5,11 +5,11 @@ import pytest
 from made import OFF, T, make, parameters, step
 from scipy.signal import lfilter
 
-from fmu_sources.arithmetic import PYTHON
 from fmu_sources.compensator import kalman, rls
 from fmu_sources.compensator.difference import process_parameters
 from fmu_sources.compensator.ports import Identifier
 from fmu_sources.compensator.tuning import F, L, Preset, low_pass, prefilter_share
+from fmu_sources.framework.arithmetic import PYTHON
 
 ROWS, COLUMNS = np.triu_indices(5)
 

@@ -7,12 +7,12 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
-from fmu_sources.arithmetic import PYTHON
 from fmu_sources.docking_contact.docking_contact import MODEL
-from fmu_sources.instance import Instance, ModelError
-from fmu_sources.integrate import runge_kutta_4
-from fmu_sources.model import InputHold
-from fmu_sources.variables import Role
+from fmu_sources.framework.arithmetic import PYTHON
+from fmu_sources.framework.instance import Instance, ModelError
+from fmu_sources.framework.integrate import runge_kutta_4
+from fmu_sources.framework.model import InputHold
+from fmu_sources.framework.variables import Role
 
 T = 1e-3
 M_E, K_M, C_M, K_P, C_P = 80.0, 150e3, 158.0, 37.9e3, 65.0

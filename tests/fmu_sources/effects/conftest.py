@@ -4,8 +4,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from fmu_sources.model import Model, Slot, no_effect
-from fmu_sources.variables import declare, input_, output, parameter, sampled, state
+from fmu_sources.framework.model import Model, Slot, no_effect
+from fmu_sources.framework.variables import declare, input_, output, parameter, sampled, state
 
 
 class Oscillator(Model):
@@ -55,7 +55,7 @@ def values_of():
     """Parameters of an effect at typical size, as a record; keywords replace."""
 
     def make(effect, **given):
-        from fmu_sources.effects.effect import Rms
+        from fmu_sources.effects.framework.effect import Rms
 
         sizes = {v.name: v.start for v in effect.parameters}
         sizes |= effect.scale(Rms(value=100.0, position=0.01, velocity=0.1, load=100.0, duration=10.0))

@@ -2,8 +2,8 @@ from __future__ import annotations
 
 import pytest
 
-from fmu_sources.composed_names import composed, is_composed
-from fmu_sources.composition import with_effect
+from fmu_sources.composed.composition import with_effect
+from fmu_sources.composed.names import composed, is_composed
 from fmu_sources.effects.catalogue import effect
 
 

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from fmu_sources.composition import with_effect
+from fmu_sources.composed.composition import with_effect
 from fmu_sources.effects.catalogue import candidates, effect
-from fmu_sources.effects.effect import Applied, Effect, Rms
+from fmu_sources.effects.framework.effect import Applied, Effect, Rms
 from fmu_sources.export.units import si_exponents
-from fmu_sources.instance import Instance
+from fmu_sources.framework.instance import Instance
+from fmu_sources.framework.variables import parameter, sampled, state
 from fmu_sources.motion_simulator import motion_simulator_linear
-from fmu_sources.variables import parameter, sampled, state
 
 RMS = Rms(value=10.0, position=0.01, velocity=0.2, load=100.0, duration=1.0)
 

@@ -7,10 +7,10 @@ from types import SimpleNamespace
 
 import pytest
 
-from fmu_sources.arithmetic import PYTHON
 from fmu_sources.effects.catalogue import effect
-from fmu_sources.effects.roles import Signals
-from fmu_sources.integrate import runge_kutta_4
+from fmu_sources.effects.framework.roles import Signals
+from fmu_sources.framework.arithmetic import PYTHON
+from fmu_sources.framework.integrate import runge_kutta_4
 
 STATELESS = ["coulomb", "stribeck", "asymmetric_friction", "load_friction", "quadratic_damping"]
 WITH_MEMORY = ["presliding", "dahl", "bouc_wen"]

@@ -7,9 +7,9 @@ from types import SimpleNamespace
 
 import pytest
 
-from fmu_sources.arithmetic import PYTHON
 from fmu_sources.effects.catalogue import effect, listed
-from fmu_sources.effects.roles import Signals
+from fmu_sources.effects.framework.roles import Signals
+from fmu_sources.framework.arithmetic import PYTHON
 
 T1 = math.tanh(1.0)
 POINTS = [

@@ -6,12 +6,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from fmu_sources.arithmetic import PYTHON
-from fmu_sources.composition import with_effect
+from fmu_sources.composed.composition import with_effect
 from fmu_sources.effects.catalogue import effect
+from fmu_sources.effects.framework.roles import Signals
 from fmu_sources.effects.learned import CENTRES, WIDTHS, coefficients, harmonics, learned, play_rate, splines
-from fmu_sources.effects.roles import Signals
-from fmu_sources.instance import Instance
+from fmu_sources.framework.arithmetic import PYTHON
+from fmu_sources.framework.instance import Instance
 
 
 def parameters(first, c, d):

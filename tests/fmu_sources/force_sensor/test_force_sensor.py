@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from fmu_sources.arithmetic import PYTHON
 from fmu_sources.force_sensor.force_sensor import MODEL
 from fmu_sources.force_sensor.noise import M1, M2, seeded, uniform
-from fmu_sources.instance import Instance, ModelError
-from fmu_sources.variables import Role
+from fmu_sources.framework.arithmetic import PYTHON
+from fmu_sources.framework.instance import Instance, ModelError
+from fmu_sources.framework.variables import Role
 
 T = 1e-3
 

@@ -7,11 +7,11 @@ import math
 
 import numpy as np
 
-from fmu_sources.arithmetic import PYTHON
-from fmu_sources.instance import Instance
+from fmu_sources.framework.arithmetic import PYTHON
+from fmu_sources.framework.instance import Instance
+from fmu_sources.framework.variables import Role
 from fmu_sources.motion_simulator.geometry import leg_lengths
 from fmu_sources.motion_simulator.motion_simulator import MODEL
-from fmu_sources.variables import Role
 
 SAMPLE = 1e-3  # s
 NEUTRAL = (0.0,) * 6

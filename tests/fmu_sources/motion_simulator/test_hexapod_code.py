@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hexapod import N, at_rest
 
-from fmu_sources.arithmetic import PYTHON
+from fmu_sources.framework.arithmetic import PYTHON
 from fmu_sources.motion_simulator.motion_simulator import MODEL
 
 pytestmark = pytest.mark.skipif(

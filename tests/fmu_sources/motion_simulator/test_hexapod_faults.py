@@ -5,8 +5,8 @@ import math
 import pytest
 from hexapod import PARAMETERS, SAMPLE, at_rest, run
 
-from fmu_sources.arithmetic import PYTHON
-from fmu_sources.instance import Instance, ModelError
+from fmu_sources.framework.arithmetic import PYTHON
+from fmu_sources.framework.instance import Instance, ModelError
 from fmu_sources.motion_simulator.geometry import leg_lengths
 from fmu_sources.motion_simulator.motion_simulator import MODEL
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hexapod import NEUTRAL, PARAMETERS
 
-from fmu_sources.arithmetic import PYTHON
+from fmu_sources.framework.arithmetic import PYTHON
 from fmu_sources.motion_simulator.dynamics import mechanics
 from fmu_sources.motion_simulator.geometry import (
     angle_rates,

@@ -7,8 +7,8 @@ import pytest
 from hexapod import NEUTRAL, PARAMETERS
 from mujoco_hexapod import Oracle
 
-from fmu_sources.arithmetic import PYTHON
-from fmu_sources.integrate import runge_kutta_4
+from fmu_sources.framework.arithmetic import PYTHON
+from fmu_sources.framework.integrate import runge_kutta_4
 from fmu_sources.motion_simulator.dynamics import accelerations, holding_forces, mechanics
 from fmu_sources.motion_simulator.geometry import angle_rates, base_joints, platform_joints
 from fmu_sources.motion_simulator.inertia import PointMass, mass_matrix, platform_inertia, platform_mass

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from hexapod import NEUTRAL, PARAMETERS, SAMPLE, at_rest, read, run
 
-from fmu_sources.arithmetic import PYTHON
-from fmu_sources.instance import Instance, ModelError
+from fmu_sources.framework.arithmetic import PYTHON
+from fmu_sources.framework.instance import Instance, ModelError
 from fmu_sources.motion_simulator.geometry import leg_lengths
 from fmu_sources.motion_simulator.hexapod_variables import LIMITS
 from fmu_sources.motion_simulator.motion_simulator import MODEL, MotionSimulator

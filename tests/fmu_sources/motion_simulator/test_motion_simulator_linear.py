@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from fmu_sources.arithmetic import PYTHON
-from fmu_sources.instance import Instance, ModelError
-from fmu_sources.integrate import n_substeps, runge_kutta_4
+from fmu_sources.framework.arithmetic import PYTHON
+from fmu_sources.framework.instance import Instance, ModelError
+from fmu_sources.framework.integrate import n_substeps, runge_kutta_4
+from fmu_sources.framework.variables import Role
 from fmu_sources.motion_simulator.motion_simulator_linear import LINE_LENGTH, MODEL
-from fmu_sources.variables import Role
 
 T = 1e-3
 K_P, W_V, Z = 30.0, 2 * math.pi * 20, 0.8

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from fmu_sources.arithmetic import PYTHON
 from fmu_sources.docking_contact.docking_contact import MODEL as CONTACT
-from fmu_sources.instance import Instance, ModelError
+from fmu_sources.framework.arithmetic import PYTHON
+from fmu_sources.framework.instance import Instance, ModelError
+from fmu_sources.framework.variables import Role
 from fmu_sources.real_docking.real_docking import MODEL
-from fmu_sources.variables import Role
 
 M_S, M_E, K_M, C_M, K_P, C_P = 820.0, 80.0, 150e3, 158.0, 37.9e3, 65.0
 K, C = K_M + K_P, C_M + C_P

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from fmu_sources.integrate import runge_kutta_4
+from fmu_sources.framework.integrate import runge_kutta_4
 
 
 class NumpyArithmetic:

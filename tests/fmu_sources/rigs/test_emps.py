@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from scipy import io, optimize, signal
 
-from fmu_sources.composition import with_effect
+from fmu_sources.composed.composition import with_effect
 from fmu_sources.effects.catalogue import effect
-from fmu_sources.instance import Instance
+from fmu_sources.framework.instance import Instance
 from fmu_sources.rigs import servo_axis, servo_axis_inverse
 
 CUT, EVERY = 20, 10

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy import optimize
 
-from fmu_sources.composition import with_effect
+from fmu_sources.composed.composition import with_effect
 from fmu_sources.effects.catalogue import effect
-from fmu_sources.effects.roles import Signals
-from fmu_sources.integrate import runge_kutta_4
+from fmu_sources.effects.framework.roles import Signals
+from fmu_sources.framework.integrate import runge_kutta_4
 from fmu_sources.rigs import motion_driven_specimen
 
 TRAINED, EVERY = "dataset2_0p5Hz36lbtension1amplitude", 4
@@ -127,6 +127,6 @@ def test_state_of_the_slider_follows_its_closed_form():
 
 
 def _python():
-    from fmu_sources.arithmetic import PYTHON
+    from fmu_sources.framework.arithmetic import PYTHON
 
     return PYTHON

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from fmu_sources.instance import Instance
+from fmu_sources.framework.instance import Instance
 from fmu_sources.rigs import (
     motion_driven_specimen,
     oscillator,
@@ -39,7 +39,7 @@ def test_slot_receives_a_force_that_resists(model):
         seen.append((name, value, signals))
         return value
 
-    from fmu_sources.arithmetic import PYTHON
+    from fmu_sources.framework.arithmetic import PYTHON
 
     model.derivatives(0.0, x, u, model.parameters.record(p), PYTHON, slot=note)
     model.outputs(0.0, x, u, model.parameters.record(p), PYTHON, slot=note)

@@ -7,7 +7,7 @@ import pytest
 from scipy import optimize
 from scipy.interpolate import CubicSpline
 
-from fmu_sources.composition import with_effect
+from fmu_sources.composed.composition import with_effect
 from fmu_sources.effects.catalogue import effect
 from fmu_sources.rigs import oscillator
 

@@ -2,9 +2,9 @@ from __future__ import annotations
 
 import pytest
 
-from fmu_sources.instance import Instance, ModelError
+from fmu_sources.framework.instance import Instance, ModelError
+from fmu_sources.framework.variables import Role
 from fmu_sources.spacecraft.spacecraft import MODEL, Integrator
-from fmu_sources.variables import Role
 
 T = 1e-3
 

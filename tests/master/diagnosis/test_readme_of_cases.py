@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fmu_sources.instance import Instance
+from fmu_sources.framework.instance import Instance
 from master.diagnosis.case import load_case
 from master.diagnosis.measured import opened
 

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from fmu_sources.effects.effect import Rms
+from fmu_sources.effects.framework.effect import Rms
 from master.diagnosis.families import Ranked
 from master.diagnosis.fitting import Fit
 from master.diagnosis.ranking import over

@@ -10,7 +10,7 @@ from native_library import GUID, VERSIONS, Fmu
 from native_model import MODEL
 
 from fmu_sources.export import native
-from fmu_sources.model import Model
+from fmu_sources.framework.model import Model
 
 pytest.importorskip("casadi")
 

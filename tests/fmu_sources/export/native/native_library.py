@@ -7,8 +7,8 @@ from ctypes import byref, c_bool, c_char_p, c_double, c_int, c_int32, c_int64, c
 from pathlib import Path
 from typing import Any, ClassVar
 
-from fmu_sources.model import Model
-from fmu_sources.variables import Variable
+from fmu_sources.framework.model import Model
+from fmu_sources.framework.variables import Variable
 
 GUID = "{00000000-0000-0000-0000-000000000000}"
 

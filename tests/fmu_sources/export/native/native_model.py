@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from enum import IntEnum
 from typing import Any
 
-from fmu_sources.arithmetic import Arithmetic
-from fmu_sources.model import Fault, InputHold, Model, SlotFunction, Values, no_effect
-from fmu_sources.variables import (
+from fmu_sources.framework.arithmetic import Arithmetic
+from fmu_sources.framework.model import Fault, InputHold, Model, SlotFunction, Values, no_effect
+from fmu_sources.framework.variables import (
     choice,
     declare,
     fixed,

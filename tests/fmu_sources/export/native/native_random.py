@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import random
 
-from fmu_sources.model import Model
-from fmu_sources.variables import Role, Variable
+from fmu_sources.framework.model import Model
+from fmu_sources.framework.variables import Role, Variable
 
 
 def random_parameters(model: Model, rng: random.Random) -> dict[str, float]:

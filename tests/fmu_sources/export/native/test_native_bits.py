@@ -13,13 +13,13 @@ from native_library import GUID, VERSIONS, Fmu, Fmu2, Fmu3, kind
 from native_model import MODEL
 from native_random import random_inputs, random_parameters
 
-from fmu_sources import registry
+from fmu_sources.composed import registry
 from fmu_sources.export import native
 from fmu_sources.export.native.compile import compile_for
 from fmu_sources.export.native.platforms import LINUX
-from fmu_sources.instance import Instance, ModelError
-from fmu_sources.model import Model
-from fmu_sources.variables import Role
+from fmu_sources.framework.instance import Instance, ModelError
+from fmu_sources.framework.model import Model
+from fmu_sources.framework.variables import Role
 
 NAMES = [*registry.model_files(), "specimen"]
 FEW = [

@@ -22,7 +22,7 @@ from fmu_sources.export.native import compile as compiling
 from fmu_sources.export.native.codegen import fmi_headers
 from fmu_sources.export.native.fat import join
 from fmu_sources.export.native.platforms import LINUX, RELEASE
-from fmu_sources.model import Model
+from fmu_sources.framework.model import Model
 
 LIBC_AND_LIBM = {"cos", "sin", "sincos", "tan", "tanh", "exp", "log", "floor", "ceil", "nearbyint"} | {
     "calloc", "malloc", "free", "memcpy", "memset", "memcmp", "bcmp", "strcmp", "strcpy", "strlen",

@@ -9,7 +9,7 @@ import pytest
 from native_library import GUID, Fmu, Fmu3
 from native_model import MODEL
 
-from fmu_sources.instance import Instance, ModelError
+from fmu_sources.framework.instance import Instance, ModelError
 
 OK, ERROR = 0, 3
 UNSUPPORTED = (

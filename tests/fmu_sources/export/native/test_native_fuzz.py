@@ -10,7 +10,7 @@ import pytest
 from native_library import GUID
 from native_model import MODEL
 
-from fmu_sources import registry
+from fmu_sources.composed import registry
 from fmu_sources.export import native
 
 HOST = Path(__file__).with_name("host_fuzz.c")

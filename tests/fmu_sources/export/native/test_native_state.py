@@ -11,7 +11,7 @@ import pytest
 from native_library import Fmu, Fmu2
 from native_model import MODEL
 
-from fmu_sources.model import Model
+from fmu_sources.framework.model import Model
 
 OK, ERROR = 0, 3
 

@@ -11,9 +11,9 @@ import pytest
 from native_library import VERSIONS, Fmu
 from native_model import MODEL
 
-from fmu_sources import registry
-from fmu_sources.instance import Instance, ModelError
-from fmu_sources.model import Model
+from fmu_sources.composed import registry
+from fmu_sources.framework.instance import Instance, ModelError
+from fmu_sources.framework.model import Model
 
 OK, ERROR = 0, 3
 CONTACT = registry.load("docking_contact")  # without a sampling period: its steps may have any length

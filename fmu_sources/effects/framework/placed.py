@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from ..arithmetic import Arithmetic
-from ..model import Slot
-from ..variables import Variable, sampled, state
+from ...framework.arithmetic import Arithmetic
+from ...framework.model import Slot
+from ...framework.variables import Variable, sampled, state
 from .effect import Applied, Effect
 from .roles import Signals, roles, units
 

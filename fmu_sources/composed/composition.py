@@ -19,12 +19,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, ClassVar
 
-from .arithmetic import PYTHON, Arithmetic
-from .effects.effect import Applied, Effect
-from .effects.placed import Placed
-from .effects.roles import Signals, by_role, fits, roles
-from .model import Model, Slot, SlotFunction, Values, no_effect
-from .variables import Role
+from ..effects.framework.effect import Applied, Effect
+from ..effects.framework.placed import Placed
+from ..effects.framework.roles import Signals, by_role, fits, roles
+from ..framework.arithmetic import PYTHON, Arithmetic
+from ..framework.model import Model, Slot, SlotFunction, Values, no_effect
+from ..framework.variables import Role
 
 SEPARATOR, AND = "__", "_and_"
 EQUATIONS = ("derivatives", "outputs", "update")

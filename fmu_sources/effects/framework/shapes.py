@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..arithmetic import Arithmetic
+from ...framework.arithmetic import Arithmetic
 
 
 def clip(value: Any, low: Any, high: Any, m: Arithmetic) -> Any:

@@ -7,10 +7,10 @@ import importlib
 from functools import cache
 from pathlib import Path
 
-from .composed_names import base_of, composed, effects_of, is_composed
-from .model import Model
+from ..framework.model import Model
+from .names import base_of, composed, effects_of, is_composed
 
-ROOT = Path(__file__).parent
+ROOT = Path(__file__).parents[1]
 ROOMS = (
     "spacecraft",
     "motion_simulator",
@@ -36,7 +36,7 @@ def load(name: str) -> Model:
         except ValueError as error:
             raise KeyError(str(error)) from error
     path = model_files()[name]
-    module = importlib.import_module(f".{path.parent.name}.{name}", __package__)
+    module = importlib.import_module(f"..{path.parent.name}.{name}", __package__)
     model = module.MODEL
     assert isinstance(model, Model)
     assert model.name == name
@@ -54,7 +54,7 @@ def modules(name: str) -> tuple[Path, ...]:
     if not is_composed(name):
         return (base,)
     laws = sorted({ROOT / "effects" / f"{law}.py" for law in effects_of(name, load)})
-    return (base, ROOT / "composed_names.py", *laws)
+    return (base, ROOT / "composed" / "names.py", *laws)
 
 
 def source_files(*modules: Path) -> list[Path]:

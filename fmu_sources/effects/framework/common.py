@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ..variables import Variable, parameter
+from ...framework.variables import Variable, parameter
 
 SMOOTHING_SHARE = 0.02
 NEVER = 1e9

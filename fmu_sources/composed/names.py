@@ -9,10 +9,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from ..effects.catalogue import effect
+from ..effects.framework.effect import Effect
+from ..framework.model import Model
 from .composition import AND, SEPARATOR, all_slots, with_effect
-from .effects.catalogue import effect
-from .effects.effect import Effect
-from .model import Model
 
 
 def is_composed(name: str) -> bool:

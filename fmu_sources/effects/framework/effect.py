@@ -17,9 +17,9 @@ from enum import Enum
 from functools import cached_property
 from typing import Any, NamedTuple
 
-from ..arithmetic import Arithmetic
-from ..records import RecordType
-from ..variables import Variable
+from ...framework.arithmetic import Arithmetic
+from ...framework.records import RecordType
+from ...framework.variables import Variable
 
 
 class Place(Enum):

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-from ..model import Slot
+from ...framework.model import Slot
 from .effect import Effect, Place
 
 RATE = "der_"

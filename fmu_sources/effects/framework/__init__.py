@@ -1,0 +1,1 @@
+"""What an effect is: its declaration, its placing in a slot, and the catalogue of all effects."""

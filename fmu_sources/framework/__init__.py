@@ -1,0 +1,1 @@
+"""What a model is: variables, arithmetic, integration, and an instance that steps."""
