@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 from measure import answer, timed
 
-from master.experiment import prepare
-from master.simulation import load
+from master.experiment.experiment import prepare
+from master.stepping.compiler import build_program
 from master.stepping.initialisation import initialise
-from master.stepping.loop import compiled
-from master.stepping.run_loop import Grid, RunLoop, RunOptions
-from master.stepping.translation import build_program
+from master.stepping.machine.interpreter import compiled
+from master.stepping.run import Grid, RunLoop, RunOptions
+from master.stepping.simulate import load
 
 
 def main(spec_path: str, n_steps: str) -> None:

@@ -9,9 +9,9 @@ import tempfile
 import time
 from pathlib import Path
 
-from master.experiment import Request, prepare
-from master.results.files import ResultFiles
-from master.simulation import RunOptions, simulate
+from master.experiment.experiment import Request, prepare
+from master.recording.files import ResultFiles
+from master.stepping.simulate import RunOptions, simulate
 
 KEPT_ROWS = 10_000
 

@@ -7,15 +7,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from master.experiment import Experiment
-from master.results.modes import Mode
-from master.simulation import SlaveFactory, load
-
-from .along import Along, along
-from .coupling import Coupled
-from .laboratory import Assumption, Laboratory
-from .margins import Margin, margins
-from .poles import Pole, dominant, growth_rate, nearest, poles
+from master.analysis.closed_loop.along_a_run import Along, along
+from master.analysis.closed_loop.linearise import Assumption, Laboratory
+from master.analysis.closed_loop.tick_matrix import Coupled
+from master.analysis.measures.margins import Margin, margins
+from master.analysis.measures.poles import Pole, dominant, growth_rate, nearest, poles
+from master.evaluation.modes import Mode
+from master.experiment.experiment import Experiment
+from master.stepping.simulate import SlaveFactory, load
 
 SHOWN_MISFIT = 1e-5
 SHOWN_CURVATURE = 1e-3

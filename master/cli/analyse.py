@@ -8,13 +8,13 @@ from typing import Any
 import click
 from rich.progress import Progress
 
-from master.analysis.laboratory import Laboratory
-from master.analysis.map_plot import plot_map
+from master.analysis.closed_loop.linearise import Laboratory
+from master.analysis.measures.map_plot import plot_map
+from master.analysis.measures.sweep import StabilityMap, parse_axis, stability_map
+from master.analysis.measures.zeros import zeros
 from master.analysis.summary import judge, lines, pole_dict
-from master.analysis.sweep import StabilityMap, parse_axis, stability_map
-from master.analysis.zeros import zeros
 from master.errors import ConfigError, expected
-from master.experiment import Experiment, Request, prepare
+from master.experiment.experiment import Experiment, Request, prepare
 
 from .common import CONFIG, FLAVOUR, JSON, SET, STDERR, VARIANT, answers_errors, print_json, show_building
 

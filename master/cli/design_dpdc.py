@@ -8,9 +8,9 @@ from typing import Any
 import click
 import numpy as np
 
-from master.analysis.phase_lead_design import Design, design
+from master.analysis.design.phase_lead import Design, design
 from master.errors import ConfigError
-from master.experiment import Request, prepare
+from master.experiment.experiment import Request, prepare
 from master.system.config import PhaseLead
 
 from .common import CONFIG, FLAVOUR, JSON, SET, VARIANT, answers_errors, print_json, show_building

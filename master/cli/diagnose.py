@@ -21,7 +21,7 @@ from .common import JSON, STDERR, answers_errors, print_json
 def diagnose(case: Path, output: Path | None, as_json: bool) -> None:
     """Say what the model of CASE lacks, add it, and show the error before and after."""
     try:
-        from master.diagnosis.answer import answer
+        from master.diagnosis.answer.answer import answer
     except ImportError as error:
         raise ConfigError([f"diagnose: got no {error.name}, expected pip install -e '.[native]'"]) from None
     folder = output or Path("results") / "diagnosis" / case.stem

@@ -10,7 +10,7 @@ import click
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from master.reproduce.claim import CONDITION, FAILS, HOLDS
+from master.reproduce.claims.claim import CONDITION, FAILS, HOLDS
 from master.reproduce.reproduction import Reproduction
 from master.reproduce.reproduction import reproduce as reproduce_paper
 

@@ -12,22 +12,22 @@ from typing import Any
 import click
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
-from master import simulation
 from master.errors import EXIT_DIVERGED, EXIT_FMU
-from master.experiment import Experiment, Request, prepare
-from master.results.files import ResultFiles
-from master.results.report import Report, save_run, summary_lines
+from master.evaluation.report import Report, save_run, summary_lines
+from master.experiment.experiment import Experiment, Request, prepare
+from master.recording.files import ResultFiles
+from master.stepping import simulate
 from master.stepping.pacing import CONTINUE, STOP, Pacer
 
 from .common import CONFIG, FLAVOUR, JSON, SET, STDERR, VARIANT, answers_errors, print_json, show_building
 
 _EXIT = {
-    simulation.COMPLETED: 0,
-    simulation.TERMINATED: 0,
-    simulation.DIVERGED: EXIT_DIVERGED,
-    simulation.FAILED: EXIT_FMU,
-    simulation.OVERRUN: EXIT_FMU,
-    simulation.INTERRUPTED: 130,
+    simulate.COMPLETED: 0,
+    simulate.TERMINATED: 0,
+    simulate.DIVERGED: EXIT_DIVERGED,
+    simulate.FAILED: EXIT_FMU,
+    simulate.OVERRUN: EXIT_FMU,
+    simulate.INTERRUPTED: 130,
 }
 _ROWS_IN_MEMORY = 100_000
 _SECONDS_A_LOOK = 0.1
@@ -83,7 +83,7 @@ def run(config: Path, output: Path | None, as_json: bool, **options: Any) -> Non
     sys.exit(_EXIT[outcome.status])
 
 
-def _simulate(experiment: Experiment, pacer: Pacer | None, sink: ResultFiles | None) -> simulation.Outcome:
+def _simulate(experiment: Experiment, pacer: Pacer | None, sink: ResultFiles | None) -> simulate.Outcome:
     columns = (
         TextColumn("{task.description}"),
         BarColumn(),
@@ -91,7 +91,7 @@ def _simulate(experiment: Experiment, pacer: Pacer | None, sink: ResultFiles | N
         TimeRemainingColumn(),
     )
     grid = experiment.grid
-    options = simulation.RunOptions(
+    options = simulate.RunOptions(
         limits=experiment.limits,
         scenario=experiment.scenario,
         pacer=pacer,
@@ -109,7 +109,7 @@ def _simulate(experiment: Experiment, pacer: Pacer | None, sink: ResultFiles | N
                 shown = time.monotonic()
                 bar.update(task, completed=done, t=f"t = {grid.time(done):.2f} s")
 
-        return simulation.simulate(
+        return simulate.simulate(
             experiment.system, experiment.schedule, grid, options=options, progress=advance
         )
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 import ctypes
 from typing import Any
 
-from .fmu import address
+from .loaded_fmu import address
 
 _P, _D = ctypes.c_void_p, ctypes.c_double
 _FLAG, _TIME = ctypes.POINTER(ctypes.c_bool), ctypes.POINTER(ctypes.c_double)

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from .description import Kind, Variable
-from .fmu import FmuSlave, address
+from .loaded_fmu import FmuSlave, address
 from .slave import CInterface
 from .value_types import FLOAT64, INT32, INT_BOOLEAN
 

@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from master.system.values import parse
-
 from .description import Kind, Variable
 from .event_mode import EventMode
-from .fmu import FmuSlave, address
+from .loaded_fmu import FmuSlave, address
 from .slave import CInterface
 from .value_types import BOOLEAN, FLOAT32, FLOAT64, NAMES
+from .values import parse
 
 
 def _kind(value_type: int) -> Kind:

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 from html import escape
 from pathlib import Path
 
-from .claim import CONDITION, FAILS, HOLDS, Claim, Row, overall
-from .errata import ERRATA
-from .figures import FIGURES, PAPER
-from .orders import Ordered
-from .parameters import OPEN, PARAMETERS
-from .plot import Panel, as_data
+from master.reproduce.claims.claim import CONDITION, FAILS, HOLDS, Claim, Row, overall
+from master.reproduce.facts.errata import ERRATA
+from master.reproduce.facts.orders import Ordered
+from master.reproduce.facts.parameters import OPEN, PARAMETERS
+from master.reproduce.figures.plot import Panel, as_data
+from master.reproduce.figures.registry import FIGURES, PAPER
 
 _CLASS = {HOLDS: "holds", CONDITION: "condition", FAILS: "fails"}
 _HERE = Path(__file__).parent

@@ -10,18 +10,20 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from . import claims_identification, claims_loop, claims_methods, orders
-from .claim import Claim, Row, judge, wishes
-from .figures import FIGURES
+from master.reproduce.claims.claim import Claim, Row, judge, wishes
+from master.reproduce.figures.plot import Figure
+from master.reproduce.figures.png import save
+from master.reproduce.figures.registry import FIGURES
+from master.reproduce.measures.pool import Recordings, build_fmus, merged, perform_all
+
+from .claims import identification, loop, methods
+from .facts import orders
 from .page import Content, write_page
-from .plot import Figure
-from .png import save
-from .pool import Recordings, build_fmus, merged, perform_all
 
 CLAIMS: tuple[Claim, ...] = (
-    *claims_loop.CLAIMS,
-    *claims_methods.CLAIMS,
-    *claims_identification.CLAIMS,
+    *loop.CLAIMS,
+    *methods.CLAIMS,
+    *identification.CLAIMS,
 )
 _THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 

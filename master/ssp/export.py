@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as ET
 
-from master.experiment import Experiment
+from master.experiment.experiment import Experiment
 from master.fmi.description import Kind, Variable
 from master.system.graph import Instance, Wire
 

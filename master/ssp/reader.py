@@ -12,7 +12,7 @@ from pydantic import ValidationError
 
 from master.errors import ConfigError
 from master.system.config import Config, LoadedConfig
-from master.system.yaml_lines import Document
+from master.text.yaml_lines import Document
 
 from .names import COUPLING, STRUCTURE, ssc, ssd, ssv
 

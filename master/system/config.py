@@ -20,8 +20,7 @@ from pydantic import (
 )
 
 from master.errors import ConfigError, expected
-
-from .yaml_lines import Document, Place, read_yaml
+from master.text.yaml_lines import Document, Place, read_yaml
 
 MOST_DELAY = 10**7  # ticks; each older value is kept in memory
 MOST_TICKS = 2**53  # beyond it a double does not tell one tick from the next

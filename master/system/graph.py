@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 from master.errors import ConfigError, expected
 from master.fmi.description import Description, Kind, Variable
 from master.fmi.units import Conversion, conversion
+from master.fmi.values import parse, settable
 
 from .config import Connection, LoadedConfig, Value
-from .values import parse, settable
 
 
 @dataclass(frozen=True)

@@ -5,8 +5,8 @@ import sys
 import pytest
 import yaml
 
-from master.experiment import prepare
-from master.simulation import RunOptions, simulate
+from master.experiment.experiment import prepare
+from master.stepping.simulate import RunOptions, simulate
 
 COMPILED = [
     pytest.mark.slow,

@@ -12,8 +12,8 @@ from container import build_system_container
 from fmpy import extract, read_model_description
 from fmpy.fmi2 import FMU2Slave
 
-from master.experiment import Experiment, prepare
-from master.simulation import Grid, simulate
+from master.experiment.experiment import Experiment, prepare
+from master.stepping.simulate import Grid, simulate
 
 pytestmark = pytest.mark.slow
 

@@ -10,9 +10,9 @@ from pathlib import Path
 import pytest
 
 from master.coupling.schedule import Schedule
-from master.experiment import Request, prepare
-from master.simulation import simulate
+from master.experiment.experiment import Request, prepare
 from master.ssp.export import write_ssp
+from master.stepping.simulate import simulate
 
 HERE = Path(__file__).parent
 CONFIG = HERE.parents[1] / "configs" / "experiment.yaml"

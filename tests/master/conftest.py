@@ -25,9 +25,10 @@ from stubs import (
     variables,
 )
 
-from master import experiment, simulation
 from master.errors import ConfigError
+from master.experiment import experiment
 from master.fmi.description import Kind
+from master.stepping import simulate
 
 CHOICE = {"kind": Kind.INTEGER, "variability": "fixed", "items": {"first": 1, "second": 2}, "start": "1"}
 BOUNDED = {"minimum": 0.0, "maximum": 10.0, "unit": METRE, "variability": "tunable"}
@@ -83,7 +84,7 @@ def bay(tmp_path, monkeypatch):
         "read_description",
         lambda path: made[path.stem].description(path.stem) if path.stem in made else read(path),
     )
-    monkeypatch.setattr(simulation, "simulate", functools.partial(simulation.simulate, factory=factory))
+    monkeypatch.setattr(simulate, "simulate", functools.partial(simulate.simulate, factory=factory))
 
     def write(text: str) -> Path:
         path = tmp_path / "system.yaml"

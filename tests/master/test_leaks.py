@@ -8,8 +8,8 @@ import pytest
 import yaml
 
 from fmu_sources.export.build import build, target
-from master.experiment import prepare
-from master.simulation import Grid, simulate
+from master.experiment.experiment import prepare
+from master.stepping.simulate import Grid, simulate
 
 pytestmark = [
     pytest.mark.slow,

@@ -21,7 +21,7 @@ from stubs import (
 )
 
 from master.errors import FmuError
-from master.simulation import Grid, simulate
+from master.stepping.simulate import Grid, simulate
 
 
 def test_row_0_holds_the_initial_values():

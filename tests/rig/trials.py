@@ -23,11 +23,11 @@ from pathlib import Path
 import numpy as np
 import yaml
 
-from master.diagnosis.case import load_case
-from master.diagnosis.pipeline import diagnose
-from master.diagnosis.sealed import sealed
-from master.diagnosis.variants import Added
-from master.diagnosis.verdict import subsystem, verdict
+from master.diagnosis.answer.before_after import sealed
+from master.diagnosis.answer.verdict import subsystem, verdict
+from master.diagnosis.case.case import load_case
+from master.diagnosis.judge.diagnose import diagnose
+from master.diagnosis.replay.candidate_models import Added
 
 sys.path.append(str(Path(__file__).parents[1]))
 from rig import SUBSYSTEM, Effects, Plant, Recorder, record

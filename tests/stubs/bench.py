@@ -10,10 +10,10 @@ from typing import Any
 from master.coupling.ledger import Ledger, make_ledger
 from master.coupling.schedule import Schedule, make_schedule
 from master.fmi.description import Description
-from master.simulation import Grid, Outcome, RunOptions, simulate
+from master.stepping.simulate import Grid, Outcome, RunOptions, simulate
 from master.system.config import Config, LoadedConfig
 from master.system.graph import System, build_system
-from master.system.yaml_lines import Document
+from master.text.yaml_lines import Document
 
 from .slave import Block, Stub
 

@@ -6,9 +6,9 @@ from pathlib import Path
 from types import SimpleNamespace
 
 from master.analysis.summary import analyse
-from master.experiment import Request, prepare
-from master.results.metrics import compute_metrics
-from master.simulation import RunOptions, simulate
+from master.evaluation.metrics import compute_metrics
+from master.experiment.experiment import Request, prepare
+from master.stepping.simulate import RunOptions, simulate
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 

@@ -8,10 +8,10 @@ import yaml
 from analysed import CONFIGS, analysed, prepared, simulated
 from scipy.integrate import solve_ivp
 
-from master.analysis.laboratory import Laboratory
-from master.analysis.margins import margins
-from master.analysis.poles import growth_rate
-from master.analysis.sweep import parse_axis, stability_map
+from master.analysis.closed_loop.linearise import Laboratory
+from master.analysis.measures.margins import margins
+from master.analysis.measures.poles import growth_rate
+from master.analysis.measures.sweep import parse_axis, stability_map
 
 LINEAR = ("low_frequency", "high_frequency", "experiment", "experiment_1000kg")
 VARYING = ("time_varying_stiffness", "hexapod/time_varying_stiffness")
@@ -172,7 +172,7 @@ def test_forward_difference_has_an_unstable_second_mode():
 @pytest.mark.parametrize("flavour", ["python", "fmi3"])
 def test_every_flavour_gives_the_same_poles(flavour):
     from master.analysis.summary import analyse
-    from master.experiment import Request, prepare
+    from master.experiment.experiment import Request, prepare
 
     request = Request(variant="cfdc_dpdc", flavour=flavour)
     found = analyse(prepare(CONFIGS / "low_frequency.yaml", request)).dominant

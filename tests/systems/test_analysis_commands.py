@@ -11,10 +11,10 @@ import pytest
 from analysed import CONFIGS, prepared
 from click.testing import CliRunner
 
-from master.analysis.phase_lead_design import design
+from master.analysis.design.phase_lead import design
 from master.cli import main
 from master.errors import ConfigError
-from master.experiment import Request, prepare
+from master.experiment.experiment import Request, prepare
 from master.system.config import PhaseLead
 
 LOW = str(CONFIGS / "low_frequency.yaml")

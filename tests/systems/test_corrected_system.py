@@ -14,7 +14,7 @@ from fmpy.validation import validate_fmu
 from rig import Effects, record
 
 from master.__main__ import main
-from master.diagnosis.answer import answer
+from master.diagnosis.answer.answer import answer
 
 CASE = Path(__file__).parents[2] / "configs" / "measured" / "docking_rig.yaml"
 SLOTS = {

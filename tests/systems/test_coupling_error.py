@@ -14,8 +14,8 @@ import pytest
 import yaml
 from stubs import bench
 
-from master.experiment import prepare
-from master.simulation import simulate
+from master.experiment.experiment import prepare
+from master.stepping.simulate import simulate
 
 END = 0.4
 ORDER_OF_EXTRAPOLATION = {0: 1.0, 1: 2.0, 2: 2.0}

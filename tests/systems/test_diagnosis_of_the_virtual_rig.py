@@ -11,12 +11,12 @@ import yaml
 from fmpy import read_model_description
 from fmpy.validation import validate_fmu
 
-from master.diagnosis.answer import answer
-from master.diagnosis.case import load_case
-from master.diagnosis.pipeline import diagnose
+from master.diagnosis.answer.answer import answer
+from master.diagnosis.case.case import load_case
+from master.diagnosis.judge.diagnose import diagnose
 from master.errors import ConfigError
-from master.experiment import Request, prepare
-from master.simulation import simulate
+from master.experiment.experiment import Request, prepare
+from master.stepping.simulate import simulate
 
 sys.path.append(str(Path(__file__).parents[1]))
 

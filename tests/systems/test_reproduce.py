@@ -12,8 +12,8 @@ from browser import opened
 from click.testing import CliRunner
 
 from master.__main__ import main
-from master.reproduce.claim import expected_verdict
-from master.reproduce.figures import FIGURES
+from master.reproduce.claims.claim import expected_verdict
+from master.reproduce.figures.registry import FIGURES
 from master.reproduce.reproduction import CLAIMS
 
 

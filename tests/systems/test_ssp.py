@@ -11,9 +11,9 @@ from fmpy.ssp.simulation import simulate_ssp
 from lxml import etree
 
 from master.errors import ConfigError
-from master.experiment import Request, prepare
-from master.simulation import simulate
+from master.experiment.experiment import Request, prepare
 from master.ssp.export import write_ssp
+from master.stepping.simulate import simulate
 
 CONFIG = Path(__file__).parents[2] / "configs" / "experiment.yaml"
 SCHEMAS = Path(fmpy.__file__).parent / "ssp" / "schema"

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from stubs import METRE, NEWTON, Block, variables
 
-from master.analysis.laboratory import Laboratory
-from master.experiment import Experiment
+from master.analysis.closed_loop.linearise import Laboratory
+from master.experiment.experiment import Experiment
 
 STEP = 1e-3
 

@@ -8,8 +8,8 @@ from loops_of_stubs import STEP, laboratory_of
 from scipy.special import lambertw
 from stubs import bench, gain, integrator, wire
 
-from master.analysis.margins import margin
-from master.analysis.poles import dominant, growth_rate, poles
+from master.analysis.measures.margins import margin
+from master.analysis.measures.poles import dominant, growth_rate, poles
 from master.errors import FmuError
 
 

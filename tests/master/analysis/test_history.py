@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from master.analysis.coupling import Part
-from master.analysis.history import AGES, held, systems, through_time
-from master.analysis.realisation import StateSpace
+from master.analysis.closed_loop.tick_matrix import Part
+from master.analysis.identify.history import AGES, held, systems, through_time
+from master.analysis.identify.realisation import StateSpace
 
 TICKS = 90
 INPUTS = 2

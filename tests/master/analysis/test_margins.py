@@ -8,8 +8,8 @@ import pytest
 from loops_of_stubs import laboratory_of
 from stubs import bench, gain, integrator, wire
 
-from master.analysis.margins import margins
-from master.analysis.poles import growth_rate
+from master.analysis.measures.margins import margins
+from master.analysis.measures.poles import growth_rate
 
 STEP = 1e-3
 RATE = 20.0

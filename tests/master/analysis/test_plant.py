@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from master.analysis.phase_lead_design import Design, dynamics_frequency
-from master.analysis.plant import CONFIGURED, STEP_SIZE, fit, judge
-from master.analysis.realisation import StateSpace
+from master.analysis.design.phase_lead import Design, dynamics_frequency
+from master.analysis.design.plant import CONFIGURED, STEP_SIZE, fit, judge
+from master.analysis.identify.realisation import StateSpace
 
 
 def held_plant(form, ticks):

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from master.analysis.realisation import GOAL, realise
-from master.analysis.responses import N_STEPS, Responses
+from master.analysis.identify.realisation import GOAL, realise
+from master.analysis.identify.responses import N_STEPS, Responses
 
 
 def responses_of(A, B, C, D, X0=None):

@@ -8,8 +8,8 @@ import pytest
 from loops_of_stubs import laboratory_of
 from stubs import bench, gain, variables, wire
 
-from master.analysis.map_plot import plot_map
-from master.analysis.sweep import parse_axis, stability_map
+from master.analysis.measures.map_plot import plot_map
+from master.analysis.measures.sweep import parse_axis, stability_map
 from master.errors import ConfigError
 
 

@@ -3,8 +3,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from master.diagnosis.case import filled, load_case
-from master.diagnosis.measured import measured
+from master.diagnosis.case.case import filled, load_case
+from master.diagnosis.data.measured_signals import measured
 from master.errors import ConfigError
 
 CASE = """\

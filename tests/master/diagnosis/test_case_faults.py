@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 import yaml
 
-from master.diagnosis.case import load_case
-from master.diagnosis.measured import opened
+from master.diagnosis.case.case import load_case
+from master.diagnosis.data.measured_signals import opened
 from master.errors import ConfigError
 
 N = 1000

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from master.diagnosis.ceiling import ceiling, history
+from master.diagnosis.numerics.ceiling import ceiling, history
 
 N = 5000
 BLOCKS = [slice(1000 * i, 1000 * (i + 1)) for i in range(5)]

@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from master.diagnosis.drift import drift
+from master.diagnosis.numerics.drift import drift
 
 AMPLITUDE = np.array([1.0, 2.0, 3.0, 4.0, 5.0])
 TIME = np.array([0.0, 1.0, 0.0, 1.0, 0.0])

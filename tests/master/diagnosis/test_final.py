@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from master.diagnosis.final import open_rows
+from master.diagnosis.judge.refit import open_rows
 
 
 def test_blocks_to_select_by_are_open_but_not_recordings_that_only_select():

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from master.diagnosis.families import is_accepted, is_worse
-from master.diagnosis.fitting import Candidate, Parameter, fit
-from master.diagnosis.ranking import over
+from master.diagnosis.numerics.gains import over
+from master.diagnosis.numerics.least_squares import Candidate, Parameter, fit
+from master.diagnosis.search.families import is_accepted, is_worse
 
 T = np.arange(4000) * 1e-3
 X = np.cos(8.0 * T) * np.exp(-0.2 * T)

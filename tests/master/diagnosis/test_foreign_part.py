@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from master.diagnosis.slot_signals import slot_signals
+from master.diagnosis.replay.slot_signals import slot_signals
 
 
 def test_what_drives_a_foreign_file_is_there_to_be_tested():

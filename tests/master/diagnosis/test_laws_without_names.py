@@ -7,12 +7,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from master.diagnosis.fitting import Fit
-from master.diagnosis.injection import _convolved
-from master.diagnosis.law_fit import roughness, solved
-from master.diagnosis.laws import Law, _lagged, _plays
-from master.diagnosis.learning import describe
-from master.diagnosis.variants import Added
+from master.diagnosis.numerics.least_squares import Fit
+from master.diagnosis.replay.candidate_models import Added
+from master.diagnosis.search.injection import _convolved
+from master.diagnosis.unnamed_law.fit import roughness, solved
+from master.diagnosis.unnamed_law.learn import describe
+from master.diagnosis.unnamed_law.shapes import Law, _lagged, _plays
 
 H, T_F = 1e-3, 0.05
 T = np.arange(3000) * H

@@ -8,11 +8,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from master.diagnosis.fitting import Fit, Parameter
-from master.diagnosis.naming import _Rivals, is_strained
-from master.diagnosis.ranking import over
-from master.diagnosis.study import Extended
-from master.diagnosis.variants import Added
+from master.diagnosis.judge.named_or_learned import _Rivals, is_strained
+from master.diagnosis.numerics.gains import over
+from master.diagnosis.numerics.least_squares import Fit, Parameter
+from master.diagnosis.replay.candidate_models import Added
+from master.diagnosis.search.study import Extended
 
 N, BLOCKS = 2400, [slice(200 * i, 200 * (i + 1)) for i in range(12)]
 T = np.linspace(0.0, 6.0, N)

@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from master.diagnosis.periods import likely_periods, waves
+from master.diagnosis.numerics.periods import likely_periods, waves
 
 T = np.arange(5000) * 1e-3
 POSITION = 1e-3 * (np.sin(3.0 * T) + 0.5 * np.sin(7.3 * T))

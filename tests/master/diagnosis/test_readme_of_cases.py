@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from fmu_sources.framework.instance import Instance
-from master.diagnosis.case import load_case
-from master.diagnosis.measured import opened
+from master.diagnosis.case.case import load_case
+from master.diagnosis.data.measured_signals import opened
 
 README = Path(__file__).parents[3] / "configs" / "measured" / "README.md"
 N = 12_000

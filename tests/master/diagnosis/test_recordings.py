@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy import io
 
-from master.diagnosis.recordings import Column, Rules, read
-from master.diagnosis.unit_names import unit
+from master.diagnosis.data.recordings import Column, Rules, read
 from master.errors import DataError
+from master.fmi.unit_names import unit
 
 N = 400
 TIME = Column("time", "ms")

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from fmu_sources.effects.catalogue import effect
-from master.diagnosis.report.compared import worst_stretch
-from master.diagnosis.report.drawing import broken, thinned
-from master.diagnosis.report.learned_law import at_once, replayed
-from master.diagnosis.report.page import page
-from master.diagnosis.report.panels import Panel
-from master.diagnosis.report.tables import number, table
+from master.diagnosis.answer.report.compared import worst_stretch
+from master.diagnosis.answer.report.drawing import broken, thinned
+from master.diagnosis.answer.report.learned_law import at_once, replayed
+from master.diagnosis.answer.report.page import page
+from master.diagnosis.answer.report.panels import Panel
+from master.diagnosis.answer.report.tables import number, table
 
 
 def test_a_thinned_line_keeps_its_peaks():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from master.diagnosis.statistics import (
+from master.diagnosis.numerics.whiteness import (
     block_bootstrap,
     bonferroni,
     correlation_length,

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from fmu_sources.effects.framework.effect import Rms
-from master.diagnosis.families import Ranked
-from master.diagnosis.fitting import Fit
-from master.diagnosis.ranking import over
-from master.diagnosis.rewriting import with_rewritings
-from master.diagnosis.search import Found, Round
-from master.diagnosis.study import Extended
-from master.diagnosis.variants import Added
+from master.diagnosis.numerics.gains import over
+from master.diagnosis.numerics.least_squares import Fit
+from master.diagnosis.replay.candidate_models import Added
+from master.diagnosis.search.families import Ranked
+from master.diagnosis.search.rounds import Found, Round
+from master.diagnosis.search.simplify import with_rewritings
+from master.diagnosis.search.study import Extended
 
 N = 1200
 BLOCKS = [slice(100 * i, 100 * (i + 1)) for i in range(12)]

@@ -8,12 +8,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from master.diagnosis.families import Ranked, family, is_accepted, is_beaten, is_worse
-from master.diagnosis.fitting import Fit
-from master.diagnosis.ranking import gain, over
-from master.diagnosis.search import Round, _is_enough, _most_of_the_rest
-from master.diagnosis.study import Extended
-from master.diagnosis.variants import Added
+from master.diagnosis.numerics.gains import gain, over
+from master.diagnosis.numerics.least_squares import Fit
+from master.diagnosis.replay.candidate_models import Added
+from master.diagnosis.search.families import Ranked, family, is_accepted, is_beaten, is_worse
+from master.diagnosis.search.rounds import Round, _is_enough, _most_of_the_rest
+from master.diagnosis.search.study import Extended
 
 N, BLOCKS = 1200, [slice(100 * i, 100 * (i + 1)) for i in range(12)]
 T = np.linspace(0.0, 6.0, N)

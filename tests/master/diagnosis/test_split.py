@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from master.diagnosis.split import Stretch, blocks, by_blocks, by_recording, with_sealed_recordings
+from master.diagnosis.case.split import Stretch, blocks, by_blocks, by_recording, with_sealed_recordings
 from master.errors import DataError
 
 

@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from master.diagnosis.steps import likely_steps, rounding
+from master.diagnosis.numerics.quanta import likely_steps, rounding
 
 T = np.arange(10_000) * 1e-3
 VALUE = 200.0 * np.sin(3.0 * T) + 100.0 * np.sin(7.3 * T)

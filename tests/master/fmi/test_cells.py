@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from numba import njit
 
-from master.fmi.cells import LARGEST_SIZE, first_misfit, pack, unpack
+from master.fmi.native.cells import LARGEST_SIZE, first_misfit, pack, unpack
 from master.fmi.value_types import INT_BOOLEAN, NAMES
 
 _pack = njit(pack)

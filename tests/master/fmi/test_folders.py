@@ -6,7 +6,7 @@ import pytest
 from stubs import clock
 
 from master.errors import FmuError
-from master.fmi import folders
+from master.fmi import unpacked
 
 
 @pytest.fixture
@@ -29,35 +29,35 @@ def unpack(tmp_path):
 
 
 def test_instances_of_one_fmu_share_a_folder_until_the_last_is_gone(described, unpack):
-    first, second = (folders.acquire(described, unpack) for _ in range(2))
+    first, second = (unpacked.acquire(described, unpack) for _ in range(2))
     assert first == second
-    folders.release(first)
+    unpacked.release(first)
     assert Path(first).is_dir()
-    folders.release(second)
+    unpacked.release(second)
     assert not Path(first).exists()
 
 
 def test_a_file_that_has_changed_is_another_fmu(described, unpack):
-    first = folders.acquire(described, unpack)
+    first = unpacked.acquire(described, unpack)
     described.path.write_bytes(described.path.read_bytes() + b" ")
-    second = folders.acquire(described, unpack)
+    second = unpacked.acquire(described, unpack)
 
     assert first != second
-    folders.release(first)
-    folders.release(second)
+    unpacked.release(first)
+    unpacked.release(second)
 
 
 @pytest.mark.parametrize("flag", ["once_per_process", "needs_execution_tool"])
 def test_an_fmu_that_cannot_share_has_a_folder_of_its_own(described, unpack, flag):
     alone = replace(described, **{flag: True})
-    first, second = (folders.acquire(alone, unpack) for _ in range(2))
+    first, second = (unpacked.acquire(alone, unpack) for _ in range(2))
 
     assert first != second
-    folders.release(first)
+    unpacked.release(first)
     assert not Path(first).exists()
     assert Path(second).is_dir()
 
 
 def test_a_platform_without_binary_is_named(described):
     with pytest.raises(FmuError, match=r"^a: no binary for this platform, got plan9, expected "):
-        folders.require_binary("a", described)
+        unpacked.require_binary("a", described)

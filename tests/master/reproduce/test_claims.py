@@ -7,8 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from master.reproduce.cases import KNOWN
-from master.reproduce.claim import (
+from master.reproduce.claims.claim import (
     CONDITION,
     FAILS,
     HOLDS,
@@ -24,9 +23,10 @@ from master.reproduce.claim import (
     overall,
     wishes,
 )
-from master.reproduce.measures import MEANINGS, MEASURES
+from master.reproduce.facts.cases import KNOWN
+from master.reproduce.measures.measures import MEANINGS, MEASURES
+from master.reproduce.measures.runs import Recording, Run
 from master.reproduce.reproduction import CLAIMS
-from master.reproduce.runs import Recording, Run
 
 RUN = Run("system", "none")
 

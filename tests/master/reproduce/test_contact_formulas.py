@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from master.reproduce.contact import Loop, process_parameters, response
-from master.reproduce.drawing import LOOPS
+from master.reproduce.figures.drawing import LOOPS
+from master.reproduce.measures.contact import Loop, process_parameters, response
 
 T = 1e-3
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from master.reproduce.figures import FIGURES, PAPER
-from master.reproduce.plot import CROSS, DASHED, REFERENCE, Curve, Panel, as_data, colours, decimated
+from master.reproduce.figures.plot import CROSS, DASHED, REFERENCE, Curve, Panel, as_data, colours, decimated
+from master.reproduce.figures.registry import FIGURES, PAPER
 
 
 def test_every_figure_of_results_is_there():

@@ -7,12 +7,12 @@ import re
 import numpy as np
 import pytest
 
-from master.reproduce.claim import CONDITION, HOLDS, Claim, Row
-from master.reproduce.errata import ERRATA
-from master.reproduce.figures import FIGURES
-from master.reproduce.orders import Ordered
+from master.reproduce.claims.claim import CONDITION, HOLDS, Claim, Row
+from master.reproduce.facts.errata import ERRATA
+from master.reproduce.facts.orders import Ordered
+from master.reproduce.figures.plot import Curve, Panel
+from master.reproduce.figures.registry import FIGURES
 from master.reproduce.page import Content, write_page
-from master.reproduce.plot import Curve, Panel
 
 PANEL = Panel("</script>", "time [s]", "force [N]", [Curve("f", np.arange(3.0), np.arange(3.0))])
 CLAIM = Claim("stable", "Sec. I", "It is <stable>", "because", ())

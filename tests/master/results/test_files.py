@@ -3,8 +3,8 @@ import pytest
 from fmpy.util import read_csv as fmpy_read_csv
 from pyarrow import parquet
 
-from master.results.files import ResultFiles, read_csv, write_result
-from master.results.recorder import Result
+from master.recording.files import ResultFiles, read_csv, write_result
+from master.recording.recorder import Result
 
 
 @pytest.fixture

@@ -3,8 +3,8 @@ import math
 import numpy as np
 import pytest
 
-from master.results.metrics import NAMES, compute_metrics
-from master.results.recorder import Result
+from master.evaluation.metrics import NAMES, compute_metrics
+from master.recording.recorder import Result
 from master.system.config import Compare
 
 STEP = 1e-3

@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from master.results.modes import dominant_mode, modes, project
+from master.evaluation.modes import dominant_mode, modes, project
 
 STEP = 1e-3
 TIME = STEP * np.arange(5001)

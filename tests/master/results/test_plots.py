@@ -2,8 +2,8 @@ import matplotlib.figure
 import numpy as np
 import pytest
 
-from master.results.plots import plot_run
-from master.results.recorder import Result
+from master.evaluation.plots import plot_run
+from master.recording.recorder import Result
 from master.system.config import Compare
 
 NAMES = ("m.s", "m.r", "ideal.s", "m.f", "ideal.f")

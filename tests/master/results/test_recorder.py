@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from stubs import METRE, NEWTON, bench, gain
 
-from master.results.recorder import Recorder
+from master.recording.recorder import Recorder
 
 
 @pytest.fixture

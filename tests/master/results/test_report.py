@@ -3,9 +3,9 @@ from dataclasses import replace
 
 import pytest
 
-from master import simulation
-from master.experiment import prepare
-from master.results.report import save_run, summary_lines
+from master.evaluation.report import save_run, summary_lines
+from master.experiment.experiment import prepare
+from master.stepping import simulate
 
 TEXT = """\
 name: test
@@ -27,8 +27,8 @@ def saved(bay):
         for old, new in replaced:
             text = text.replace(old, new)
         experiment = prepare(bay.write(text))
-        options = simulation.RunOptions(limits=experiment.limits)
-        outcome = simulation.simulate(
+        options = simulate.RunOptions(limits=experiment.limits)
+        outcome = simulate.simulate(
             experiment.system, experiment.schedule, experiment.grid, options=options, compiled=False
         )
         return save_run(experiment, outcome, bay.folder / "out"), outcome

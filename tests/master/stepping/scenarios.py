@@ -2,8 +2,8 @@
 
 from stubs import bench, clock, gain, wire
 
-from master.stepping.scenario import make_scenario
 from master.system.config import Config, LoadedConfig
+from master.system.scenario import make_scenario
 
 STOP = 1000.0
 

@@ -5,7 +5,7 @@ import pytest
 from numba import njit
 from stubs import EXCHANGE, STEP
 
-from master.stepping import calls
+from master.fmi.native import calls
 
 COMPONENT, ANSWER = 4711, 2
 

@@ -17,7 +17,7 @@ from stubs import (
 )
 
 from master.fmi.value_types import FLOAT32, INT32, INT64, UINT8
-from master.stepping import loop
+from master.stepping.machine import interpreter
 
 
 def chain(order):
@@ -184,10 +184,10 @@ def test_a_warning_does_not_end_the_run():
 
 def test_without_a_place_to_keep_it_the_loop_is_compiled_for_the_process(monkeypatch):
     monkeypatch.setattr("numba.core.caching.CompileResultCacheImpl._locator_classes", [])
-    loop.compiled.cache_clear()
+    interpreter.compiled.cache_clear()
     try:
         outcome = bench({"clock": clock()}).run(3, compiled=True)
     finally:
-        loop.compiled.cache_clear()
+        interpreter.compiled.cache_clear()
 
     assert outcome.result["clock.t"].tolist() == [0.0, 1.0, 2.0, 3.0]

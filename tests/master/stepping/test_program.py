@@ -1,9 +1,9 @@
 import pytest
 from stubs import CELSIUS, KELVIN, bench, clock, gain, typed, wire
 
-from master.stepping.loop import is_plain
-from master.stepping.program import COPY, KEEP, STEP
-from master.stepping.translation import build_program
+from master.stepping.compiler import build_program
+from master.stepping.machine.interpreter import is_plain
+from master.stepping.machine.program import COPY, KEEP, STEP
 
 WORDS = {COPY: "copy", KEEP: "keep", STEP: "step"}
 

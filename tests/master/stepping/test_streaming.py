@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 from stubs import ERROR, bench, clock, failing, integrator, wire
 
-from master.results.files import ResultFiles, read_csv, write_result
-from master.results.recorder import Recorder
+from master.recording.files import ResultFiles, read_csv, write_result
+from master.recording.recorder import Recorder
 
 
 def made():
@@ -41,7 +41,7 @@ def test_what_a_run_computed_before_it_failed_is_on_disk(tmp_path):
 
 
 def test_a_table_that_grows_loses_no_row(monkeypatch):
-    monkeypatch.setattr("master.results.recorder._FIRST_BYTES", 8000)
+    monkeypatch.setattr("master.recording.recorder._FIRST_BYTES", 8000)
     system = bench({"a": clock()}).system
     recorder = Recorder([system.port("a.t")], 0.0, 1.0, most_rows=10**6)
     for first in range(0, 200_000, 1000):

@@ -1,7 +1,7 @@
 import pytest
 
 from master.errors import ConfigError
-from master.system.yaml_lines import dotted, parse_value, read_yaml
+from master.text.yaml_lines import dotted, parse_value, read_yaml
 
 TEXT = """\
 name: low

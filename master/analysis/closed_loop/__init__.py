@@ -1,0 +1,1 @@
+"""The coupled system as one linear map a tick."""

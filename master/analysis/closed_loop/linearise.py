@@ -1,0 +1,142 @@
+"""From an experiment to its linear system: which FMU is asked what; answers are kept."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from master.analysis.identify.online_identifiers import HOLD, REASON, learns, measure_learned
+from master.analysis.identify.realisation import StateSpace, realise
+from master.analysis.identify.responses import Question, Responses, measure, real, start_variables
+from master.experiment.experiment import Experiment
+from master.fmi.description import Kind
+from master.fmi.values import parse
+from master.stepping.simulate import Grid, SlaveFactory, load, simulate
+from master.system.graph import Instance, System
+
+from .tick_matrix import Coupled, Part
+
+FROZEN = (
+    ("identifier", "fixed", "identification is not linear: its process parameters are the assumed ones"),
+    ("k_p_amplitude", 0.0, "a stiffness that varies with time stands at its mean"),
+)
+
+
+@dataclass(frozen=True)
+class Assumption:
+    """A parameter that the analysis sets, because the system is not linear or constant with its own."""
+
+    signal: str
+    value: str | float
+    reason: str
+
+
+@dataclass
+class Laboratory:
+    """
+    Measures each FMU alone, once for each set of parameters, and couples the linear systems.
+
+    `after_run`: an FMU that identifies is asked as a run leaves it, not with its assumed parameters.
+    """
+
+    experiment: Experiment
+    factory: SlaveFactory = load
+    after_run: bool = False
+    system: System = field(init=False)
+    assumptions: tuple[Assumption, ...] = field(init=False)
+    _known: dict[Any, StateSpace] = field(default_factory=dict)
+    _held: dict[str, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self.system, self.assumptions = frozen(self.experiment.system, after_run=self.after_run)
+        self._held = self._initial_inputs()
+
+    def coupled(
+        self, changes: Mapping[str, float] | None = None, extra: Mapping[str, int] | None = None
+    ) -> Coupled:
+        """
+        Give the coupled system.
+
+        Args:
+            changes: Parameters by `instance.parameter` that differ from the experiment's.
+            extra: Whole ticks of delay by the target of a connection.
+        """
+        system = changed(self.system, changes or {})
+        parts = {name: self._part(system, instance) for name, instance in system.instances.items()}
+        schedule, step = self.experiment.schedule, self.experiment.config.step_size
+        return Coupled(system, schedule, parts, step, extra or {})
+
+    def question(self, system: System, instance: Instance) -> Question:
+        """Say what is asked of an FMU: its connected inputs, and the outputs that are used."""
+        name, description = instance.name, instance.description
+        wires = [w for w in system.wires_into(name) if w.source.variable.kind is Kind.REAL]
+        inputs = real([w.target.variable for w in wires])
+        used = {w.source.variable.name for w in system.wires if w.source.instance == name}
+        used |= {s.partition(".")[2] for s in self._watched() if s.startswith(f"{name}.")}
+        outputs = real([v for v in description.outputs if v.name in used])
+        return Question(
+            instance=instance,
+            inputs=inputs,
+            starts=start_variables(description, instance.start) if outputs and not inputs else (),
+            outputs=outputs,
+            held=tuple(self._held[f"{name}.{v.name}"] for v in inputs),
+            step_size=self.experiment.config.step_size * instance.every,
+            t0=self.experiment.config.start_time,
+        )
+
+    def _part(self, system: System, instance: Instance) -> Part:
+        question = self.question(system, instance)
+        if question.key not in self._known:
+            self._known[question.key] = realise(self._measured(question))
+        groups = (question.inputs, question.outputs)
+        inputs, outputs = (tuple(f"{instance.name}.{v.name}" for v in group) for group in groups)
+        return Part(self._known[question.key], inputs, outputs)
+
+    def _measured(self, question: Question) -> Responses:
+        if self.after_run and learns(question.instance):
+            return measure_learned(question, self.experiment, self.system, self.factory)
+        return measure(question, self.factory)
+
+    def _watched(self) -> list[str]:
+        compare = self.experiment.config.compare
+        if compare is None:
+            return []
+        return [s for s in (compare.signal, compare.reproduced, compare.reference) if s is not None]
+
+    def _initial_inputs(self) -> dict[str, float]:
+        """Values that the inputs have at the start of a run."""
+        system, config = self.system, self.experiment.config
+        grid = Grid(config.start_time, config.step_size, 0)
+        start = simulate(system, self.experiment.schedule, grid, factory=self.factory).result
+        return {
+            w.target.name: w.conversion.factor * float(start[w.source.name][0]) + w.conversion.offset
+            for w in system.wires
+        }
+
+
+def frozen(system: System, *, after_run: bool) -> tuple[System, tuple[Assumption, ...]]:
+    """Set what varies with time to what `FROZEN` says; give the system and what is assumed."""
+    found = []
+    for name, instance in system.instances.items():
+        if after_run and learns(instance):
+            found.append(Assumption(f"{name}.{HOLD}", "true", REASON))
+            continue
+        for parameter, item, reason in FROZEN:
+            variable = instance.description.by_name.get(parameter)
+            if variable is None:
+                continue
+            value = parse(variable, item)
+            if instance.value_of(parameter) != value:
+                found.append(Assumption(f"{name}.{parameter}", item, reason))
+                system = changed(system, {f"{name}.{parameter}": float(value)})
+    return system, tuple(found)
+
+
+def changed(system: System, changes: Mapping[str, float]) -> System:
+    """Replace parameters by `instance.parameter`."""
+    instances = dict(system.instances)
+    for signal, value in changes.items():
+        name, _, key = signal.partition(".")
+        instances[name] = replace(instances[name], start={**instances[name].start, key: value})
+    return replace(system, instances=instances)

@@ -1,0 +1,1 @@
+"""Design of the phase lead from the plant."""

@@ -1,0 +1,230 @@
+"""
+Design of the displacement phase delay compensation (DPDC), from the plant as it is coupled.
+
+    w1^2  = (p - sqrt(p^2 - 4 k_m k_p/(m_s m_e)))/2,   p = k_m/m_e + k_p/m,   m = m_e m_s/(m_e + m_s)     (3)
+    phi   = lag of the reproduced motion behind the simulated one at w1, without DPDC
+    alpha = (1 + sin phi)/(1 - sin phi),   T = 1/(w_max sqrt(alpha)),   K = gain/sqrt(alpha)         (23, 24)
+    gain  = 1 (paper) or 1/|M(w1)| (plant),   M = reproduced over simulated motion without DPDC
+
+The lag holds all that is between the two rows: the plant, its hold and dead time, delays of connections.
+With ranges of m_s, m_e, k_m, k_p the design, phase and gain, is for the largest frequency, as in Eq. 24; what
+is left over the range is read from the coupled system with the designed DPDC in it.
+Source   Paper, Sec. III-B, IV-C, Eqs. 3, 22-24; Eq. 3 prints neither the square nor the half of w^2 clearly.
+Deviation  The paper's K undoes the gain of the lead alone; `amplitude: plant`, ours, the plant's too.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from master.analysis.closed_loop.linearise import Laboratory, changed
+from master.analysis.measures.frequency import response_from
+from master.errors import ConfigError, expected
+from master.experiment.experiment import Experiment
+from master.fmi.values import parse
+from master.stepping.simulate import SlaveFactory, load
+from master.system.config import Compare, PhaseLead
+from master.system.graph import Wire
+
+Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+
+PARAMETERS = ("dpdc_phase", "dpdc_frequency", "dpdc_gain")
+ATTRIBUTES = ("m_s", "m_e", "k_m", "k_p")
+_N_SHOWN = 5
+_STEEPEST = 1.5
+
+
+@dataclass(frozen=True)
+class Design:
+    """
+    Lead and what it leaves.
+
+    `phase`, `frequency` and `gain` are the compensator's parameters; `frequencies` [Hz] over the range, and
+    the reproduced over the simulated motion there, without and with the lead.
+    """
+
+    phase: float
+    frequency: float
+    gain: float
+    frequencies: Floats
+    plain: Complexes
+    led: Complexes
+
+    @property
+    def alpha(self) -> float:
+        """Ratio of the lead's corner frequencies."""
+        return (1.0 + math.sin(self.phase)) / (1.0 - math.sin(self.phase))
+
+    @property
+    def time_constant(self) -> float:
+        """Time constant of the lead's pole [s]."""
+        return 1.0 / (2.0 * math.pi * self.frequency * math.sqrt(self.alpha))
+
+    @property
+    def gain_at_rest(self) -> float:
+        """K of Eq. 22, in the paper's convention."""
+        return self.gain / math.sqrt(self.alpha)
+
+    @property
+    def lag(self) -> Floats:
+        """Lag without the lead [rad]."""
+        return -np.angle(self.plain)
+
+    @property
+    def left(self) -> Floats:
+        """Lag with the lead [rad]."""
+        return -np.angle(self.led)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Fields for JSON."""
+        return {
+            "dpdc_phase": self.phase,
+            "dpdc_frequency": self.frequency,
+            "dpdc_gain": self.gain,
+            "alpha": self.alpha,
+            "T_lead": self.time_constant,
+            "K": self.gain_at_rest,
+            "frequency": self.frequencies.tolist(),
+            "lag_deg": np.degrees(self.lag).tolist(),
+            "left_deg": np.degrees(self.left).tolist(),
+            "plant_magnitude": np.abs(self.plain).tolist(),
+            "magnitude": np.abs(self.led).tolist(),
+        }
+
+
+def dynamics_frequency(m_s: float, m_e: float, k_m: float, k_p: float) -> float:
+    """Lower docking frequency of Eq. 3 [Hz]."""
+    p = k_m / m_e + k_p * (m_e + m_s) / (m_e * m_s)
+    square = 0.5 * (p - math.sqrt(p * p - 4.0 * k_m * k_p / (m_s * m_e)))
+    return math.sqrt(square) / (2.0 * math.pi)
+
+
+def design(experiment: Experiment, wanted: PhaseLead, factory: SlaveFactory = load) -> Design:
+    """
+    Design the DPDC of one FMU.
+
+    Args:
+        experiment: The system; its `compare` section names the simulated and the reproduced motion.
+        wanted: The FMU, what the amplitude is for, and least and largest m_s, m_e, k_m, k_p; those not given
+            are the system's own values.
+        factory: Makes the slaves.
+
+    Raises:
+        ConfigError: If the system does not have what the design needs.
+    """
+    fmu = wanted.fmu
+    compare, wire = _path(experiment, wanted)
+    _check_gain(experiment, wanted)
+    laboratory = Laboratory(experiment, factory)
+    spans = {str(key): span for key, span in wanted.ranges.items()}
+    low, high = _range(experiment, fmu, compare.signal.partition(".")[0], spans)
+    frequencies = np.linspace(low, high, 1 if low == high else _N_SHOWN)
+
+    def reproduced(**changes: float) -> Complexes:
+        coupled = laboratory.coupled({f"{fmu}.{key}": value for key, value in changes.items()})
+        return response_from(coupled, wire, compare.reproduced or "", frequencies)
+
+    plain = reproduced(dpdc=0.0)
+    phase = float(-np.angle(plain[-1]))
+    if not 0.0 <= phase <= _STEEPEST:
+        degrees = math.degrees(phase)
+        raise ConfigError(
+            [f"dpdc: no lead for this lag, got {degrees:.1f} deg at {high:.4g} Hz, expected 0 to 86"]
+        )
+    gain = 1.0 if wanted.amplitude == "paper" else _against(float(np.abs(plain[-1])), high)
+    led = reproduced(dpdc=1.0, **_values(experiment, fmu, (phase, high, gain)))
+    return Design(phase, high, gain, frequencies, plain, led)
+
+
+def designed(experiment: Experiment, overridden: set[str], factory: SlaveFactory = load) -> Experiment:
+    """Give the compensator of the configuration's `dpdc` its design, except for what is set by hand."""
+    wanted = experiment.config.dpdc
+    assert wanted is not None
+    compensator = experiment.system.instances.get(wanted.fmu)
+    if compensator is not None and compensator.value_of("dpdc") == 0.0:
+        return experiment
+    found = design(experiment, wanted, factory)
+    values = _values(experiment, wanted.fmu, (found.phase, found.frequency, found.gain))
+    chosen = {f"{wanted.fmu}.{key}": value for key, value in values.items()}
+    kept = {signal: value for signal, value in chosen.items() if signal not in overridden}
+    return replace(experiment, system=changed(experiment.system, kept))
+
+
+def _values(experiment: Experiment, fmu: str, values: tuple[float, float, float]) -> dict[str, float]:
+    """Name the values; a compensator without a gain of its own has the paper's."""
+    known = experiment.system.instances[fmu].description.by_name
+    return {name: value for name, value in zip(PARAMETERS, values, strict=True) if name in known}
+
+
+def _against(magnitude: float, frequency: float) -> float:
+    """Gain that undoes a magnitude."""
+    if not magnitude > 0.0:
+        raise ConfigError(
+            [f"dpdc: no motion at {frequency:.4g} Hz, got amplitude {magnitude}, expected above 0"]
+        )
+    return 1.0 / magnitude
+
+
+def _path(experiment: Experiment, wanted: PhaseLead) -> tuple[Compare, Wire]:
+    compare, system, fmu = experiment.config.compare, experiment.system, wanted.fmu
+    if compare is None or compare.reproduced is None:
+        raise ConfigError(["dpdc: no motions to compare, got no compare.reproduced, expected one"])
+    if fmu not in system.instances:
+        names = system.instances
+        raise ConfigError([f"dpdc.fmu: no such FMU, got {fmu!r}, {expected(fmu, names)}"])
+    known = system.instances[fmu].description.by_name
+    needed = PARAMETERS if wanted.amplitude == "plant" else PARAMETERS[:2]
+    missing = [p for p in ("dpdc", *needed) if p not in known]
+    if missing:
+        raise ConfigError([f"dpdc: no phase lead in {fmu}, got no {', '.join(missing)}, expected all"])
+    into = [w for w in system.wires_into(fmu) if w.source.name == compare.signal]
+    if not into:
+        raise ConfigError([f"dpdc: not connected, got no {compare.signal} -> {fmu}, expected one"])
+    return compare, into[0]
+
+
+def _check_gain(experiment: Experiment, wanted: PhaseLead) -> None:
+    """Refuse two rules for one gain."""
+    instance = experiment.system.instances[wanted.fmu]
+    convention = instance.description.by_name.get("gain_convention")
+    if wanted.amplitude == "paper" or convention is None:
+        return
+    if instance.value_of("gain_convention") != parse(convention, "paper"):
+        raise ConfigError(
+            [
+                f"dpdc.amplitude: two rules for one gain, got {wanted.amplitude} and another "
+                f"{wanted.fmu}.gain_convention than paper, expected one of them to be paper"
+            ]
+        )
+
+
+def _range(
+    experiment: Experiment, fmu: str, spacecraft: str, ranges: Mapping[str, tuple[float, float]]
+) -> tuple[float, float]:
+    """Least and largest frequency over the corners of the ranges; Eq. 3 is monotonous in each value."""
+    unknown = [
+        f"dpdc: no such attribute, got {key!r}, {expected(key, ATTRIBUTES)}"
+        for key in ranges
+        if key not in ATTRIBUTES
+    ]
+    corners = []
+    for key in ATTRIBUTES:
+        owner = spacecraft if key == "m_s" else fmu
+        own = experiment.system.instances[owner].value_of(key)
+        given = ranges.get(key, None if own is None else (float(own), float(own)))
+        if given is None or not 0.0 < given[0] <= given[1]:
+            unknown.append(f"dpdc: no range of {key}, got {given}, expected positive least and largest")
+        else:
+            corners.append(given)
+    if unknown:
+        raise ConfigError(unknown)
+    found = [dynamics_frequency(*values) for values in itertools.product(*corners)]
+    return min(found), max(found)

@@ -1,0 +1,1 @@
+"""Linear systems identified from responses of FMUs."""

@@ -1,0 +1,131 @@
+"""
+FMUs whose answers change in the course of a run: asked at each tick, see `history`.
+
+One that varies with time is pulsed through time. One that identifies is led through the run again by the
+inputs that it had there; behind each step its parameters are held, those that the step worked with, and it
+is pulsed as it stands: the linear system is that of the run's own parameters, and how a pulse would change
+them does not enter, as it does not enter the run.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from master.stepping.simulate import SlaveFactory
+
+from . import history
+from .online_identifiers import HOLD
+from .realisation import StateSpace
+from .responses import Bench, Question, delta_of, started
+
+Floats = NDArray[np.float64]
+
+PERIODIC = {"k_p_amplitude": "k_p_frequency"}
+_WHOLE = 1e-6
+_SAMPLES = 20
+_SAME = 1e-9
+
+
+def period_of(question: Question) -> int | None:
+    """Ticks after which an FMU answers as before; 0: constant; None: not a whole number of steps."""
+    periods = [0]
+    for amplitude, frequency in PERIODIC.items():
+        if frequency in question.instance.description.by_name and question.instance.value_of(amplitude):
+            steps = 1.0 / (float(question.instance.value_of(frequency) or np.inf) * question.step_size)
+            whole = abs(steps - round(steps)) < _WHOLE * steps
+            periods.append(round(steps) if whole else -1)
+    return None if min(periods) < 0 else max(periods)
+
+
+def measure_through_time(question: Question, factory: SlaveFactory, ticks: int) -> Sequence[StateSpace]:
+    """
+    Ask an FMU in each tick from its start on.
+
+    Raises:
+        FmuError: If it fails, or cannot save its state.
+    """
+    bench = Bench(question, started(question, factory))
+    try:
+        pulses = []
+        for k in range(ticks):
+            pulses.append(_pulses(bench, k))
+            bench.run(k, k + 1)
+        return history.systems(*history.through_time(np.array(pulses)))
+    finally:
+        bench.close()
+
+
+def measure_learning(question: Question, factory: SlaveFactory, inputs: Floats) -> Sequence[StateSpace]:
+    """
+    Ask an FMU that identifies behind each step of a run, with its parameters held.
+
+    Args:
+        question: The FMU.
+        factory: Makes the slave.
+        inputs: What it got in the run, shape (ticks, inputs).
+
+    Returns:
+        Nothing if it answers in the same way all along: what it learns it does not use.
+
+    Raises:
+        FmuError: If it fails, or cannot save its state.
+    """
+    few = _learned(question, factory, inputs, max(1, len(inputs) // _SAMPLES))
+    if np.max(np.abs(few - few[0])) < _SAME * np.max(np.abs(few)):
+        return ()
+    return history.systems(*history.held(_learned(question, factory, inputs, 1)))
+
+
+def _learned(question: Question, factory: SlaveFactory, inputs: Floats, stride: int) -> Floats:
+    """Lead an FMU through a run; give its answers behind each so manieth step."""
+    bench = Bench(question, started(question, factory))
+    hold = [question.instance.description.by_name[HOLD]]
+    pulses = []
+    try:
+        for k, row in enumerate(inputs):
+            bench.values = row.tolist()
+            bench.slave.set(question.inputs, bench.values)
+            bench.run(k, k + 1)
+            if k % stride == 0:
+                pulses.append(_pulses(bench, k + 1, lambda: bench.slave.set(hold, [1.0])))
+        return np.array(pulses)
+    finally:
+        bench.close()
+
+
+def _pulses(bench: Bench, k: int, prepare: Callable[[], None] = lambda: None) -> Floats:
+    """Give the answers from tick k on, shape (ages, outputs, inputs), and leave the FMU as it was."""
+    bench.save()
+    found = []
+    for i, variable in enumerate(bench.question.inputs):
+        delta, rows = delta_of(variable), []
+        for signed in (delta, -delta):
+            prepare()
+            rows.append(bench.pulse(i, signed, (k, k + history.AGES)))
+        found.append((rows[0] - rows[1]) / (2.0 * delta))
+    return np.stack(found, axis=2)
+
+
+def alone(question: Question, factory: SlaveFactory, ticks: int) -> Floats:
+    """Outputs behind each step with the inputs held at their start, shape (ticks, outputs)."""
+    bench = Bench(question, started(question, factory))
+    try:
+        return bench.run(0, ticks)
+    finally:
+        bench.close()
+
+
+def answer(systems: Sequence[StateSpace], inputs: Floats, outputs: Floats) -> Floats:
+    """Outputs behind each step of a linear system in `history` coordinates, steady before the start."""
+    first = systems[0]
+    p, m = first.D.shape
+    n = first.order // (p + m)
+    x = np.concatenate([np.tile(outputs, n), np.tile(inputs, n)])
+    found = np.empty((len(systems), p))
+    for k, system in enumerate(systems):
+        found[k] = system.C @ x + system.D @ inputs
+        x = system.A @ x + system.B @ inputs
+    return found

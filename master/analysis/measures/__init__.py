@@ -1,0 +1,1 @@
+"""Poles, zeros, margins, frequency responses and sweeps."""

@@ -1,0 +1,126 @@
+"""
+How much more a connection bears before a pole leaves the unit circle: delay and gain.
+
+A connection cut open has the loop transfer L(z) from what its target gets to what its source would send.
+With a delay tau and a gain g more, poles are where 1 = g L(z) exp(-s tau), z = exp(s h). From a stable
+system the first pole reaches the circle, as tau grows, at the least
+
+    tau = (arg L(e^(j w h)) mod 2 pi)/w   over all w with |L(e^(j w h))| = 1,
+
+and, as g goes up or down from 1, at the nearest g = 1/L(e^(j w h)) that is real and positive. Both are
+found by root search over w; tau needs no whole steps (a value between two steps is one delayed exactly).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import brentq
+
+from master.analysis.closed_loop.tick_matrix import Coupled, Opened
+from master.system.graph import Wire
+
+from .poles import growth_rate
+
+Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+
+_N_GRID = 1500
+_LARGEST_GAIN = 1e6
+_LOWEST = 1e-5
+_AROUND = np.concatenate([-np.geomspace(0.3, 1e-6, 12), np.geomspace(1e-6, 0.3, 12)])
+
+
+@dataclass(frozen=True)
+class Margin:
+    """
+    Margins of one connection of a stable system; None: nothing of this kind makes it unstable.
+
+    `delay` [s] and the frequency [Hz] at which it starts to oscillate; gains as factors.
+    """
+
+    source: str
+    target: str
+    delay: float | None
+    frequency: float | None
+    gain_up: float | None
+    gain_down: float | None
+
+
+def margins(coupled: Coupled) -> list[Margin]:
+    """Give the margins of all connections; none for an unstable system or FMUs of several rates."""
+    if coupled.period != 1 or growth_rate(coupled) > 0.0:
+        return []
+    return [margin(coupled, wire) for wire in coupled.wires]
+
+
+def margin(coupled: Coupled, wire: Wire) -> Margin:
+    """Give the margins of one connection of a stable system in which every FMU steps each tick."""
+    opened = coupled.opened(wire, cut=True)
+    angles = _angles(opened)
+    response = transfer(opened, np.exp(1j * angles))
+    delay, angle = _delay(opened, angles, response)
+    gains = _gains(opened, angles, response)
+    step = coupled.step_size
+    return Margin(
+        wire.source.name,
+        wire.target.name,
+        None if delay is None else delay * step,
+        None if angle is None else angle / (2.0 * math.pi * step),
+        min((g for g in gains if g > 1.0), default=None),
+        max((g for g in gains if 0.0 < g < 1.0), default=None),
+    )
+
+
+def transfer(opened: Opened, z: Complexes) -> Complexes:
+    """Loop transfer L(z)."""
+    n = len(opened.M)
+    sides = np.broadcast_to(opened.N, (len(z), n, 1))
+    resolvent = np.linalg.solve(z[:, None, None] * np.eye(n) - opened.M, sides)
+    found: Complexes = (opened.P @ resolvent)[:, 0, 0] + opened.Q[0, 0]
+    return found
+
+
+def _angles(opened: Opened) -> Floats:
+    """Grid of w h, fine near the poles of the open and the closed loop."""
+    closed = opened.M + opened.N @ opened.P / (1.0 - opened.Q[0, 0])
+    z = np.concatenate([np.linalg.eigvals(opened.M), np.linalg.eigvals(closed)])
+    near = np.abs(np.angle(z[np.abs(z) > 0.5]))
+    fine = near[:, None] * (1.0 + _AROUND)
+    angles = np.concatenate([np.geomspace(_LOWEST, math.pi, _N_GRID), fine.ravel()])
+    return np.unique(angles[(angles >= _LOWEST) & (angles <= math.pi)])
+
+
+def _delay(opened: Opened, angles: Floats, response: Complexes) -> tuple[float | None, float | None]:
+    """Least delay in steps, and its angle."""
+
+    def excess(angle: float) -> float:
+        return math.log(max(abs(_at(opened, angle)), 1e-300))
+
+    found = [(_phase(_at(opened, a)) / a, a) for a in _roots(excess, angles, np.abs(response) - 1.0)]
+    return min(found, default=(None, None))
+
+
+def _phase(value: complex) -> float:
+    return math.atan2(value.imag, value.real) % (2.0 * math.pi)
+
+
+def _gains(opened: Opened, angles: Floats, response: Complexes) -> list[float]:
+    crossings = _roots(lambda a: _at(opened, a).imag, angles, response.imag)
+    values = [_at(opened, a) for a in crossings]
+    values += [complex(v) for v in (response[-1],) if abs(v.imag) < 1e-9 * abs(v)]
+    real = [v.real for v in values if v.real > 1.0 / _LARGEST_GAIN and abs(v.imag) < 1e-6 * v.real]
+    return [1.0 / value for value in real]
+
+
+def _at(opened: Opened, angle: float) -> complex:
+    return complex(transfer(opened, np.exp(1j * np.array([angle])))[0])
+
+
+def _roots(function: Callable[[float], float], angles: Floats, values: Floats) -> list[float]:
+    places = np.flatnonzero(np.sign(values[:-1]) * np.sign(values[1:]) < 0)
+    return [float(brentq(function, angles[i], angles[i + 1], xtol=1e-15, rtol=1e-12)) for i in places]

@@ -1,0 +1,1 @@
+"""Before and after on sealed rows, corrected FMUs, and the report."""

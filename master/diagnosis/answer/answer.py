@@ -1,0 +1,53 @@
+"""A case from its file to all files of the answer."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from fmu_sources.export import build
+from master.diagnosis.answer.report.page import page
+from master.diagnosis.answer.report.panels import panels
+from master.diagnosis.case.case import load_case
+from master.diagnosis.judge.diagnose import Diagnosis, diagnose
+from master.diagnosis.search.study import Progress
+from master.experiment.experiment import prepare
+from master.fmi.description import read_description
+
+from .before_after import sealed
+from .corrected_fmus import Corrected, correct
+from .verdict import as_dict
+
+
+def answer(path: Path, folder: Path, progress: Progress) -> dict[str, Any]:
+    """
+    Diagnose a case and write report, panels, corrected FMUs and system into a folder.
+
+    Raises:
+        ConfigError: If the case or what it names is wrong.
+    """
+    diagnosis = diagnose(load_case(path), progress)
+    try:
+        progress("models with effects are written")
+        corrected = correct(diagnosis, folder)
+        prepare(corrected.system)
+        progress("sealed rows are read, once")
+        found = sealed(diagnosis, corrected.native)
+        progress("report is drawn")
+        drawn = panels(diagnosis, found, folder / "panels")
+        files = [*corrected.files, *(p.file for p in drawn), folder / "report.html", folder / "report.json"]
+        report = as_dict(diagnosis, found, [f.relative_to(folder).as_posix() for f in files])
+        units = _units(diagnosis, corrected)
+    finally:
+        diagnosis.close()
+    build.write(folder / "report.json", (json.dumps(report, indent=2, allow_nan=False) + "\n").encode())
+    build.write(folder / "report.html", page(report, drawn, units).encode())
+    return report
+
+
+def _units(diagnosis: Diagnosis, corrected: Corrected) -> dict[str, str]:
+    """Units of all variables `fmu.name`, of models with effects too."""
+    found = {**diagnosis.system.descriptions}
+    found |= {fmu: read_description(file) for fmu, file in corrected.native.items()}
+    return {f"{fmu}.{name}": v.unit_name for fmu, d in found.items() for name, v in d.by_name.items()}

@@ -1,0 +1,95 @@
+"""The model with the effect: FMUs of both flavours, and a system that is ready for `dockloop run`."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from fmu_sources.export import build
+from master import catalogue
+from master.diagnosis.case.cut import CutSystem
+from master.diagnosis.judge.diagnose import Diagnosis
+from master.diagnosis.replay.candidate_models import source_with
+
+HEAD = "# {name} with what the recording asks for; written by `dockloop diagnose`.\n"
+
+
+@dataclass(frozen=True)
+class Corrected:
+    """Files of the corrected models: FMU to native file, all files, and the system."""
+
+    native: Mapping[str, Path]
+    files: tuple[Path, ...]
+    system: Path
+
+
+def correct(diagnosis: Diagnosis, folder: Path) -> Corrected:
+    """Write the corrected system, and its new FMUs in both flavours, into a folder."""
+    system, sources = diagnosis.system, _sources(diagnosis)
+    native: dict[str, Path] = {}
+    files: list[Path] = []
+    for fmu, source in sources.items():
+        if source == system.sources[fmu]:
+            continue
+        for flavour in ("native", "python"):
+            target = catalogue.locate(source, system.folder, flavour)
+            built = catalogue.files({source: target}, catalogue.silent)[source]
+            path = folder / flavour / f"{source}.fmu"
+            path.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(built, path)
+            files.append(path)
+            if flavour == "native":
+                native[fmu] = path
+    path = folder / f"{diagnosis.loaded.case.name}_corrected.yaml"
+    text = HEAD.format(name=diagnosis.loaded.case.name)
+    text += yaml.safe_dump(_document(diagnosis, sources, folder), sort_keys=False, default_flow_style=None)
+    build.write(path, text.encode())
+    return Corrected(native, (*files, path), path)
+
+
+def corrected_values(diagnosis: Diagnosis) -> dict[str, dict[str, float]]:
+    """Parameters by FMU that the fit has found, of base and effects."""
+    found: dict[str, dict[str, float]] = {}
+    for part in diagnosis.parts:
+        if not part.has_effect and not part.parameter_gain:
+            continue
+        for key, value in (dict(part.chosen.fixed) | dict(part.fit.values)).items():
+            fmu, _, name = key.partition(".")
+            found.setdefault(fmu, {})[name] = float(value)
+    return found
+
+
+def _sources(diagnosis: Diagnosis) -> dict[str, str]:
+    system = diagnosis.system
+    added = [a for part in diagnosis.parts for a in part.chosen.added]
+    return {
+        fmu: source_with(source, [a for a in added if a.fmu == fmu]) for fmu, source in system.sources.items()
+    }
+
+
+def _document(diagnosis: Diagnosis, sources: Mapping[str, str], folder: Path) -> dict[str, Any]:
+    """The description of the system with other sources and parameters."""
+    system, case = diagnosis.system, diagnosis.loaded.case
+    data = system.config.model_dump(by_alias=True, exclude_defaults=True, mode="json")
+    overrides: Mapping[str, Any] = {} if case.variant is None else system.config.variants[case.variant]
+    values = corrected_values(diagnosis)
+    for fmu, entry in data["fmus"].items():
+        entry["source"] = _source(system, sources[fmu], folder)
+        given = dict(entry.get("parameters", {}))
+        given |= dict(overrides.get(fmu, {})) | values.get(fmu, {})
+        if given:
+            entry["parameters"] = given
+    data["name"] = f"{case.name}_corrected"
+    return dict(data)
+
+
+def _source(system: CutSystem, source: str, folder: Path) -> str:
+    if not catalogue.is_path(source):
+        return source
+    return Path(os.path.relpath(system.folder / source, folder)).as_posix()

@@ -1,0 +1,96 @@
+"""What the panels share: colours, lines that keep their peaks and break at gaps, units of axes."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from fmu_sources.effects.framework.roles import roles
+from master.diagnosis.case.cut import CutSystem
+from master.diagnosis.data.tables import Array
+
+MOST_BINS = 2000
+MEASURED, BEFORE, AFTER = "measured", "before", "after"
+COLOURS = {MEASURED: "0.15", BEFORE: "#c8553d", AFTER: "#1f6fb2"}
+STYLES: Mapping[str, Mapping[str, float]] = {
+    MEASURED: {"linewidth": 2.6, "alpha": 0.4},
+    BEFORE: {"linewidth": 0.9},
+    AFTER: {"linewidth": 0.9},
+}
+GAP = 1.5
+WIDTH = 10.5
+
+
+def new_figure(height: float) -> Figure:
+    """Make a figure of the width of the page [inch]."""
+    figure = Figure((WIDTH, height), layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def save(figure: Figure, path: Path) -> Path:
+    """Write a PNG."""
+    figure.savefig(path, dpi=110)
+    return path
+
+
+def draw(ax: Any, t: Array, series: Mapping[str, Array]) -> None:
+    """Draw curves over time by what they are: measured, before, after; shape (n,) each."""
+    for name, values in series.items():
+        x, y = thinned(*broken(t, values))
+        ax.plot(x, y, color=COLOURS[name], label=name, **STYLES[name])
+    ax.grid(alpha=0.3)
+    ax.margins(x=0.0)
+
+
+def legend(figure: Figure, ax: Any) -> None:
+    """Put the labels of an axis above the whole figure, beside no curve."""
+    figure.legend(*ax.get_legend_handles_labels(), loc="outside upper center", ncols=4, frameon=False)
+
+
+def broken(t: Array, values: Array) -> tuple[Array, Array]:
+    """Put a row of NaN where rows are missing or another recording begins, so that no line bridges them."""
+    steps = np.diff(t)
+    gaps = np.flatnonzero((steps > GAP * float(np.median(steps))) | (steps <= 0.0)) + 1
+    return np.insert(t, gaps, np.nan), np.insert(values, gaps, np.nan)
+
+
+def thinned(t: Array, values: Array) -> tuple[Array, Array]:
+    """Keep the smallest and the largest value of each of many bins, in time order, and all gaps."""
+    if len(t) <= 2 * MOST_BINS:
+        return t, values
+    edges = np.linspace(0, len(t), MOST_BINS + 1).astype(int)
+    kept = set(np.flatnonzero(np.isnan(t)).tolist())
+    for a, b in itertools.pairwise(edges.tolist()):
+        own = values[a:b]
+        if np.isfinite(own).any():
+            kept |= {a + int(np.nanargmin(own)), a + int(np.nanargmax(own))}
+    rows = np.array(sorted(kept))
+    return t[rows], values[rows]
+
+
+def label(system: CutSystem, key: str) -> str:
+    """Name a variable `fmu.name` with its unit, for an axis."""
+    fmu, _, name = key.partition(".")
+    return f"{name} [{unit_of(system, key)}]" if fmu in system.descriptions else key
+
+
+def unit_of(system: CutSystem, key: str) -> str:
+    """Unit of a variable `fmu.name`."""
+    fmu, _, name = key.partition(".")
+    return system.descriptions[fmu].by_name[name].unit_name
+
+
+def role_label(system: CutSystem, key: str, role: str) -> str:
+    """Name a role of a slot `fmu.slot` with its unit."""
+    fmu, _, name = key.partition(".")
+    slot = system.slots(fmu)[name]
+    found = {r: slot.signals[signal] for r, signal in roles(slot).items()}
+    units = {"value": slot.unit, "time": "s", **found}
+    return f"{role} [{units[role]}]"

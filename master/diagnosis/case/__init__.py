@@ -1,0 +1,1 @@
+"""The case file: what is measured, compared and sealed."""

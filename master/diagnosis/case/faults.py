@@ -1,0 +1,187 @@
+"""Faults of a case against its system: names, kinds of variables, bounds, units, slots."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+
+from fmu_sources.composed import registry
+from fmu_sources.composed.composition import all_slots
+from fmu_sources.effects import catalogue as effects
+from fmu_sources.effects.framework.roles import fits
+from fmu_sources.framework.model import Slot
+from master import catalogue
+from master.errors import expected
+from master.fmi.description import Variable
+from master.fmi.unit_names import unit
+from master.fmi.values import parse
+from master.system.graph import Instance, System
+
+from .case import LoadedCase, RefitEntry
+
+_KINDS = {
+    "inputs": ("an input", ("input",)),
+    "compared": ("an output", ("output", "local")),
+    "refit": ("a parameter", ("parameter",)),
+}
+
+
+def faults(loaded: LoadedCase, system: System, sources: Mapping[str, str]) -> list[str]:
+    """
+    List all faults of a case that only its system shows.
+
+    Args:
+        loaded: The case.
+        system: Its system.
+        sources: Source of each FMU: name of a model, or file.
+    """
+    problems = [*_names(loaded, system), *_windows(loaded, system)]
+    slots = {name: _slots(source) for name, source in sources.items()}
+    problems += [*_slot_faults(loaded, slots), *_start_faults(loaded, system, slots)]
+    if problems:
+        return problems
+    return [fault for check in (_kinds, _values, _units, _idle) for fault in check(loaded, system)]
+
+
+def _names(loaded: LoadedCase, system: System) -> Iterator[str]:
+    """Variables that do not exist."""
+    case = loaded.case
+    for part, signals in (
+        ("inputs", case.inputs),
+        ("compared", case.compared),
+        ("refit", case.refit),
+        ("set", case.set),
+    ):
+        for signal in signals:
+            name, _, variable = signal.partition(".")
+            place = loaded.where(part, signal)
+            if name not in system.instances:
+                yield f"{place}: no such FMU, got {name!r}, {expected(name, system.instances)}"
+            elif variable not in system.instances[name].description.by_name:
+                known = system.instances[name].description.by_name
+                yield f"{place}: no such variable, got {variable!r}, {expected(variable, known)}"
+
+
+def _windows(loaded: LoadedCase, system: System) -> Iterator[str]:
+    for name in loaded.case.replay.windows:
+        if name not in system.instances:
+            place = loaded.where("replay", "windows", name)
+            yield f"{place}: no such FMU, got {name!r}, {expected(name, system.instances)}"
+
+
+def _slots(source: str) -> dict[str, Slot]:
+    """Slots of a model; none in a foreign file."""
+    return {} if catalogue.is_path(source) else {s.name: s for s in all_slots(registry.load(source))}
+
+
+def _slot_faults(loaded: LoadedCase, slots: Mapping[str, Mapping[str, Slot]]) -> Iterator[str]:
+    for key, names in loaded.case.slots.items():
+        fmu, _, name = key.partition(".")
+        place = loaded.where("slots", key)
+        if fmu not in slots:
+            yield f"{place}: no such FMU, got {fmu!r}, {expected(fmu, slots)}"
+        elif name not in slots[fmu]:
+            yield f"{place}: no such slot, got {name!r}, {expected(name, slots[fmu])}"
+        elif names != "all":
+            yield from _effect_faults(place, slots[fmu][name], names)
+
+
+def _effect_faults(place: str, slot: Slot, names: Iterable[str]) -> Iterator[str]:
+    fitting = [e.name for e in effects.listed().values() if fits(e, slot)]
+    for name in names:
+        if name not in effects.listed():
+            yield f"{place}: no such effect, got {name!r}, {expected(name, fitting)}"
+        elif name not in fitting:
+            yield f"{place}: the slot has no signals for it, got {name!r}, {expected(name, fitting)}"
+
+
+def _start_faults(
+    loaded: LoadedCase, system: System, slots: Mapping[str, Mapping[str, Slot]]
+) -> Iterator[str]:
+    """Start values belong to variables of the system, or to states that an effect brings."""
+    for key, (low, high) in loaded.case.starts.items():
+        fmu, _, name = key.partition(".")
+        place = loaded.where("starts", key)
+        if fmu not in system.instances:
+            yield f"{place}: no such FMU, got {fmu!r}, {expected(fmu, system.instances)}"
+            continue
+        known = [*system.instances[fmu].description.by_name]
+        brought = [f"{slot}_{state}" for slot in slots[fmu] for state in _states()]
+        if name not in known and name not in brought:
+            yield f"{place}: no such variable, got {name!r}, {expected(name, [*brought, *known])}"
+        if not low < high:
+            yield f"{place}: low is not below high, got {low!r} and {high!r}, expected [low, high]"
+
+
+def _states() -> list[str]:
+    """States of all effects, as `effect_state`."""
+    return [f"{e.name}_{x.name}" for e in effects.listed().values() for x in e.states]
+
+
+def _kinds(loaded: LoadedCase, system: System) -> Iterator[str]:
+    """Variables of another kind than their place asks for."""
+    for part, (what, causalities) in _KINDS.items():
+        for signal in getattr(loaded.case, part):
+            found = system.port(signal).variable.causality
+            if found not in causalities:
+                yield f"{loaded.where(part, signal)}: not {what}, got {found} {signal}, expected {what}"
+
+
+def _values(loaded: LoadedCase, system: System) -> Iterator[str]:
+    for signal, value in loaded.case.set.items():
+        try:
+            parse(system.port(signal).variable, value)
+        except ValueError as error:
+            yield f"{loaded.where('set', signal)}: value not allowed, got {value!r}, {error}"
+    for signal, entry in loaded.case.refit.items():
+        name, _, variable = signal.partition(".")
+        instance = system.instances[name]
+        for fault in _bounds(entry, instance, instance.description.by_name[variable]):
+            yield f"{loaded.where('refit', signal)}: {fault}"
+
+
+def _bounds(entry: RefitEntry, instance: Instance, variable: Variable) -> Iterator[str]:
+    value = instance.value_of(variable.name)
+    if isinstance(value, float) and not entry.low <= value <= entry.high:
+        yield f"value of the system, got {value:g}, expected {entry.low:g} to {entry.high:g}, its bounds"
+    if variable.minimum is not None and entry.low < variable.minimum:
+        yield f"low, got {entry.low:g}, expected at least {variable.minimum:g}"
+    if variable.maximum is not None and entry.high > variable.maximum:
+        yield f"high, got {entry.high:g}, expected at most {variable.maximum:g}"
+
+
+def _units(loaded: LoadedCase, system: System) -> Iterator[str]:
+    """Signals with another unit than the FMU's variable; that of a rate is not declared."""
+    measured = [(k, e.signal) for k, e in loaded.case.inputs.items()] + [*loaded.case.compared.items()]
+    for key, signal in measured:
+        entry, variable = loaded.case.signals[signal], system.port(key).variable
+        if entry.rate_of is not None or variable.unit is None:
+            continue
+        try:
+            found = unit(entry.unit)
+        except ValueError:
+            continue
+        if found.exponents != variable.unit.exponents and entry.unit != "1":
+            place = loaded.where("signals", signal, "unit")
+            yield f"{place}: not the unit of {key}, got {entry.unit!r}, expected {variable.unit_name!r}"
+
+
+def _idle(loaded: LoadedCase, system: System) -> Iterator[str]:
+    """
+    Inputs of single models that nothing drives and nobody gave a value to.
+
+    In a system an input without a connection keeps its start value, as in a run.
+    """
+    case = loaded.case
+    if case.system is not None:
+        return
+    replayed = {key.partition(".")[0] for key in (*case.inputs, *case.compared)}
+    driven = {*case.inputs, *case.set, *(w.target.name for w in system.wires)}
+    for name in sorted(replayed):
+        instance = system.instances[name]
+        for v in instance.description.variables:
+            key = f"{name}.{v.name}"
+            if v.causality == "input" and key not in driven and v.name not in instance.start:
+                yield (
+                    f"{loaded.where('inputs')}: {key} is not driven, expected a signal, or a value in `set` "
+                    f"where none was measured"
+                )

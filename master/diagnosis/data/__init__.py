@@ -1,0 +1,1 @@
+"""Recordings: tables, units, signals."""

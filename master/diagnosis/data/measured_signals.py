@@ -1,0 +1,139 @@
+"""The recordings of a case: signals in SI units, filtered and differentiated as the case says."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from scipy.signal import butter, filtfilt
+
+from master import catalogue
+from master.diagnosis.case.case import Case, LoadedCase, SignalEntry
+from master.diagnosis.case.cut import CutSystem, cut
+from master.errors import ConfigError, DataError
+
+from .recordings import Column, Recording, Rules, read
+from .tables import Array
+
+ORDER = 4
+
+
+def opened(
+    loaded: LoadedCase, progress: catalogue.Progress = catalogue.silent
+) -> tuple[CutSystem, dict[str, Recording]]:
+    """
+    Cut the system of a case and read its recordings.
+
+    Raises:
+        ConfigError: With every fault of both.
+    """
+    problems: list[str] = []
+    recordings: dict[str, Recording] = {}
+    try:
+        recordings = measured(loaded)
+    except ConfigError as error:
+        problems = error.problems
+    try:
+        system = cut(loaded, progress)
+    except ConfigError as error:
+        raise ConfigError([*error.problems, *problems]) from None
+    if problems:
+        raise ConfigError(problems)
+    return system, recordings
+
+
+def measured(loaded: LoadedCase) -> dict[str, Recording]:
+    """
+    Read all recordings of a case.
+
+    Raises:
+        ConfigError: With every fault of every recording, each with the line of its entry.
+    """
+    problems: list[str] = []
+    found: dict[str, Recording] = {}
+    for name in loaded.case.recordings:
+        try:
+            found[name] = _one(loaded, name)
+        except DataError as error:
+            where = loaded.where("recordings", name)
+            problems += [f"{where}: {line}" for line in str(error).splitlines()]
+    problems += _cut(loaded, found)
+    periods = {name: r.period for name, r in found.items()}
+    if found and max(periods.values()) > 1.01 * min(periods.values()):
+        problems.append(
+            f"{loaded.where('recordings')}: different sampling periods, got {periods}, expected one"
+        )
+    if problems:
+        raise ConfigError(problems)
+    return found
+
+
+def _cut(loaded: LoadedCase, found: Mapping[str, Recording]) -> list[str]:
+    cut = loaded.case.replay.cut
+    return [
+        f"{loaded.where('replay', 'cut')}: got {cut} rows off both ends of {name!r}, expected fewer than "
+        f"half of its {len(r)}"
+        for name, r in found.items()
+        if 2 * cut >= len(r)
+    ]
+
+
+def _one(loaded: LoadedCase, name: str) -> Recording:
+    case, entry = loaded.case, loaded.case.recordings[name]
+    columns = {
+        key: Column(s.column, s.unit, s.scale, s.sign, s.offset)
+        for key, s in case.signals.items()
+        if s.column is not None
+    }
+    t = case.time
+    time = None if t.column is None else Column(t.column, t.unit, offset=t.offset)
+    rules = Rules(
+        period=t.period, start=None if entry.rows else 0.0, jitter=t.jitter, rates=_rates(case, columns)
+    )
+    found = read(loaded.file(entry), time, columns, rules=rules, array=entry.array, rows=entry.rows)
+    signals: dict[str, Array] = {}
+    for key in _ordered(case.signals):
+        signals[key] = _made(case.signals[key], found, signals, key)
+    return Recording(name, found.t, signals, found.period)
+
+
+def _rates(case: Case, columns: Mapping[str, Column]) -> dict[str, str]:
+    """Signals whose rate was recorded too: inputs of one FMU by names like q and der_q, s_act and v_act."""
+    found = {}
+    for key, entry in case.inputs.items():
+        fmu, _, name = key.partition(".")
+        for rate in (f"der_{name}", "v_" + name.removeprefix("s_")):
+            other = case.inputs.get(f"{fmu}.{rate}")
+            if other is not None and {entry.signal, other.signal} <= set(columns):
+                found[entry.signal] = other.signal
+    return found
+
+
+def _ordered(signals: Mapping[str, SignalEntry]) -> list[str]:
+    """Names with what they are made from before them; a ring of names keeps its order."""
+    done: list[str] = []
+    for _ in signals:
+        for name, s in signals.items():
+            if name not in done and all(n is None or n in done for n in (s.minus, s.rate_of)):
+                done.append(name)
+    missing = [name for name in signals if name not in done]
+    if missing:
+        raise DataError(f"signals: made from each other, got {missing}, expected a column at the end")
+    return done
+
+
+def _made(entry: SignalEntry, found: Recording, made: Mapping[str, Array], name: str) -> Array:
+    values = np.gradient(made[entry.rate_of], found.period) if entry.rate_of else found[name]
+    if entry.minus is not None:
+        values = values - made[entry.minus]
+    if entry.remove_mean:
+        values = values - values.mean()
+    if entry.lowpass is not None:
+        half = 0.5 / found.period
+        if entry.lowpass >= half:
+            raise DataError(
+                f"signals.{name}.lowpass: got {entry.lowpass:g} Hz, expected less than {half:g} Hz, half the "
+                "sampling rate"
+            )
+        values = filtfilt(*butter(ORDER, entry.lowpass, fs=1.0 / found.period), values)
+    return np.asarray(values, dtype=float)

@@ -1,0 +1,1 @@
+"""Evidence, refit and verdict of a part."""

@@ -1,0 +1,1 @@
+"""Numerical methods of the diagnosis: they know arrays only."""

@@ -1,0 +1,1 @@
+"""Models stepped over measured inputs."""

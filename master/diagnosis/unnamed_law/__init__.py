@@ -1,0 +1,1 @@
+"""Laws learned from data where no listed effect fits."""

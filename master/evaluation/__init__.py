@@ -1,0 +1,1 @@
+"""What a run means: metrics, modes, plots, the summary."""

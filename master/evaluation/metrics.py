@@ -1,0 +1,93 @@
+"""
+The numbers that a run is judged by, as `reference/physics.md` of the project defines them.
+
+    zeta, frequency, growth_per_cycle   dominant mode of the compared signal
+    rms_s_des, rms_s_act                RMS(signal - reference)/offset of signal and reproduced motion
+    phase_deg                           phase of the reproduced motion against the reference at the
+                                        reference's mode, negative: lagging
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from master.recording.recorder import Result
+from master.system.config import Compare
+
+from .modes import Mode, dominant_mode, modes, project
+
+Metrics = dict[str, float | None]
+Floats = NDArray[np.float64]
+
+NAMES = (
+    "zeta",
+    "frequency",
+    "growth_per_cycle",
+    "rms_s_des",
+    "rms_s_act",
+    "phase_deg",
+    "zeta_reference",
+    "frequency_reference",
+)
+
+
+@np.errstate(over="ignore")
+def compute_metrics(result: Result, compare: Compare) -> Metrics:
+    """Compute all metrics; None where a signal is not given or nothing oscillates."""
+    found: Metrics = dict.fromkeys(NAMES)
+    result = _finite_rows(result, compare)
+    if len(result.time) < 8:
+        return found
+    step = float(result.time[1] - result.time[0])
+    signal = result[compare.signal]
+    mode = dominant_mode(signal, step)
+    if mode is not None:
+        found |= {
+            "zeta": mode.zeta,
+            "frequency": mode.frequency,
+            "growth_per_cycle": mode.growth_per_cycle,
+        }
+    if compare.reference is not None:
+        reference = result[compare.reference]
+        found |= _against_reference(result, compare, reference, step)
+    return {name: _finite(value) for name, value in found.items()}
+
+
+def _finite_rows(result: Result, compare: Compare) -> Result:
+    """Leave out what follows the first value that is not finite: a run that diverged ends with one."""
+    named = [n for n in (compare.signal, compare.reproduced, compare.reference) if n is not None]
+    finite = np.all([np.isfinite(result[n]) for n in named], axis=0)
+    n = len(finite) if finite.all() else int(np.argmin(finite))
+    return replace(result, time=result.time[:n], values=result.values[:n])
+
+
+def _against_reference(result: Result, compare: Compare, reference: Floats, step: float) -> Metrics:
+    found: Metrics = {"rms_s_des": _rms(result[compare.signal] - reference) / compare.offset}
+    mode = dominant_mode(reference, step)
+    if mode is not None:
+        found |= {"zeta_reference": mode.zeta, "frequency_reference": mode.frequency}
+    if compare.reproduced is not None:
+        reproduced = result[compare.reproduced]
+        found["rms_s_act"] = _rms(reproduced - reference) / compare.offset
+        if mode is not None:
+            found["phase_deg"] = _phase_deg(reproduced, reference, mode, step)
+    return found
+
+
+def _phase_deg(reproduced: Floats, reference: Floats, mode: Mode, step: float) -> float:
+    poles, amplitudes = modes(reference, step)
+    place = int(np.argmin(np.abs(poles - mode.pole)))
+    ratio = project(reproduced, step, poles)[place] / amplitudes[place]
+    return math.degrees(math.atan2(ratio.imag, ratio.real))
+
+
+def _rms(values: Floats) -> float:
+    return float(np.sqrt(np.mean(values * values)))
+
+
+def _finite(value: float | None) -> float | None:
+    return value if value is not None and math.isfinite(value) else None

@@ -1,0 +1,1 @@
+"""Calls and memory of C functions, for Python and for compiled code."""

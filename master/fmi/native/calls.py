@@ -1,0 +1,159 @@
+"""
+Calls of C functions by address, from Python and from numba-compiled code alike.
+
+Each function here has a Python form over ctypes and an overload that numba compiles into a plain
+indirect call, so that the one stepping loop runs compiled and uncompiled.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable
+from functools import lru_cache
+from typing import Any
+
+from llvmlite import ir
+from numba import types
+from numba.extending import intrinsic
+
+from .jit import compiled_form
+
+_INT, _DOUBLE, _POINTER, _SIZE = ctypes.c_int, ctypes.c_double, ctypes.c_void_p, ctypes.c_size_t
+_EXCHANGE = (_INT, _POINTER, _POINTER, _SIZE, _POINTER)
+_STATE = (_INT, _POINTER, _POINTER)
+_EXCHANGE_3 = (*_EXCHANGE, _SIZE)
+_STEP = (_INT, _POINTER, _DOUBLE, _DOUBLE, _INT)
+_STEP_3 = (_INT, _POINTER, _DOUBLE, _DOUBLE, ctypes.c_bool, *[_POINTER] * 4)
+
+
+@lru_cache(maxsize=4096)
+def _function(prototype: tuple[Any, ...], address: int) -> Callable[..., int]:
+    return ctypes.CFUNCTYPE(*prototype)(address)
+
+
+def exchange(address: int, component: int, references: int, n: int, values: int) -> int:
+    """Call a setter or getter of FMI 2.0: (component, references, n, values) -> status."""
+    return _function(_EXCHANGE, int(address))(int(component), int(references), int(n), int(values))
+
+
+def exchange_3(address: int, component: int, references: int, n: int, values: int, n_values: int) -> int:
+    """Call a setter or getter of FMI 3.0: (instance, references, n, values, n values) -> status."""
+    given = map(int, (component, references, n, values, n_values))
+    return _function(_EXCHANGE_3, int(address))(*given)
+
+
+def do_step(address: int, component: int, t: float, h: float) -> int:
+    """Call fmi2DoStep from t to t + h [s] -> status."""
+    return _function(_STEP, int(address))(int(component), t, h, 1)
+
+
+def do_step_3(address: int, component: int, t: float, h: float, answers: int) -> int:
+    """
+    Call fmi3DoStep from t to t + h [s] -> status.
+
+    `answers` is the address of four cells of 8 bytes for eventHandlingNeeded, terminateSimulation,
+    earlyReturn (Booleans of one byte) and lastSuccessfulTime (double).
+    """
+    places = [int(answers) + 8 * i for i in range(4)]
+    return _function(_STEP_3, int(address))(int(component), t, h, True, *places)
+
+
+def state(address: int, component: int, argument: int) -> int:
+    """Call getter (argument: address of the cell to fill) or setter (the saved state) of an FMU's state."""
+    return _function(_STATE, int(address))(int(component), int(argument))
+
+
+_I64, _I32, _I1, _F64 = ir.IntType(64), ir.IntType(32), ir.IntType(1), ir.DoubleType()
+
+
+def _indirect_call(builder: Any, address: Any, kinds: list[Any], arguments: list[Any]) -> Any:
+    function = builder.inttoptr(address, ir.PointerType(ir.FunctionType(_I32, kinds)))
+    return builder.call(function, arguments)
+
+
+@intrinsic
+def _exchange_compiled(
+    typing: Any, address: Any, component: Any, references: Any, n: Any, values: Any
+) -> Any:
+    signature = types.int32(*[types.int64] * 5)
+
+    def generate(context: Any, builder: Any, _: Any, arguments: Any) -> Any:
+        return _indirect_call(builder, arguments[0], [_I64] * 4, list(arguments[1:]))
+
+    return signature, generate
+
+
+@intrinsic
+def _exchange_3_compiled(
+    typing: Any, address: Any, component: Any, references: Any, n: Any, values: Any, n_values: Any
+) -> Any:
+    signature = types.int32(*[types.int64] * 6)
+
+    def generate(context: Any, builder: Any, _: Any, arguments: Any) -> Any:
+        return _indirect_call(builder, arguments[0], [_I64] * 5, list(arguments[1:]))
+
+    return signature, generate
+
+
+@intrinsic
+def _do_step_compiled(typing: Any, address: Any, component: Any, t: Any, h: Any) -> Any:
+    signature = types.int32(types.int64, types.int64, types.float64, types.float64)
+
+    def generate(context: Any, builder: Any, _: Any, arguments: Any) -> Any:
+        kinds = [_I64, _F64, _F64, _I32]
+        return _indirect_call(builder, arguments[0], kinds, [*arguments[1:], _I32(1)])
+
+    return signature, generate
+
+
+@intrinsic
+def _do_step_3_compiled(typing: Any, address: Any, component: Any, t: Any, h: Any, answers: Any) -> Any:
+    signature = types.int32(types.int64, types.int64, types.float64, types.float64, types.int64)
+
+    def generate(context: Any, builder: Any, _: Any, arguments: Any) -> Any:
+        *to_call, answers_at = arguments[1:]
+        places = [builder.add(answers_at, _I64(8 * i)) for i in range(4)]
+        kinds = [_I64, _F64, _F64, _I1, *[_I64] * 4]
+        return _indirect_call(builder, arguments[0], kinds, [*to_call, _I1(1), *places])
+
+    return signature, generate
+
+
+@intrinsic
+def _state_compiled(typing: Any, address: Any, component: Any, argument: Any) -> Any:
+    signature = types.int32(*[types.int64] * 3)
+
+    def generate(context: Any, builder: Any, _: Any, arguments: Any) -> Any:
+        return _indirect_call(builder, arguments[0], [_I64] * 2, list(arguments[1:]))
+
+    return signature, generate
+
+
+# numba compares the parameters of both forms, annotations included: so there are none here.
+@compiled_form(exchange)
+def _(address, component, references, n, values):
+    return lambda address, component, references, n, values: _exchange_compiled(
+        address, component, references, n, values
+    )
+
+
+@compiled_form(exchange_3)
+def _(address, component, references, n, values, n_values):
+    return lambda address, component, references, n, values, n_values: _exchange_3_compiled(
+        address, component, references, n, values, n_values
+    )
+
+
+@compiled_form(state)
+def _(address, component, argument):
+    return lambda address, component, argument: _state_compiled(address, component, argument)
+
+
+@compiled_form(do_step)
+def _(address, component, t, h):
+    return lambda address, component, t, h: _do_step_compiled(address, component, t, h)
+
+
+@compiled_form(do_step_3)
+def _(address, component, t, h, answers):
+    return lambda address, component, t, h, answers: _do_step_3_compiled(address, component, t, h, answers)

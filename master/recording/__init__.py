@@ -1,0 +1,1 @@
+"""Rows of a run, in memory and in files."""

@@ -1,0 +1,1 @@
+"""What the paper says: tables, cases, orders, misprints."""

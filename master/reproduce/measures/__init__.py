@@ -1,0 +1,1 @@
+"""Quantities that claims are judged by, from runs and from poles."""

@@ -1,0 +1,132 @@
+"""One run of the paper's system: what is run, and what is kept of it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from master.catalogue import Progress, silent
+from master.coupling.schedule import make_schedule
+from master.errors import ConfigError
+from master.experiment.experiment import Experiment, Request, prepare
+from master.fmi.values import parse
+from master.stepping.simulate import RunOptions, simulate
+from master.system.graph import System
+
+from .measures import MEASURES, Trace
+
+Floats = NDArray[np.float64]
+Order = tuple[str | tuple[str, ...], ...]
+
+SEED = "force_sensor.seed"
+
+
+@dataclass(frozen=True)
+class Run:
+    """A configuration with a variant, `instance.parameter=value` over it, seed, stop time [s] and order."""
+
+    config: str
+    variant: str | None = None
+    values: tuple[str, ...] = ()
+    seed: int = 1
+    stop_time: float | None = None
+    order: Order | None = None
+
+    def with_seed(self, seed: int) -> Run:
+        """Give the same run with another noise."""
+        return replace(self, seed=seed)
+
+    def setting(self, *values: str) -> Run:
+        """Give the same run with more values."""
+        return replace(self, values=(*self.values, *values))
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What shall be kept of a run: numbers by the name of their measure, and whole signals."""
+
+    measures: frozenset[str] = frozenset()
+    signals: frozenset[str] = frozenset()
+
+    def __or__(self, other: Wanted) -> Wanted:
+        return Wanted(self.measures | other.measures, self.signals | other.signals)
+
+
+@dataclass(frozen=True)
+class Recording:
+    """What was kept; a number is NaN where the run has none, as a frequency without oscillation."""
+
+    status: str
+    numbers: Mapping[str, float]
+    time: Floats
+    signals: Mapping[str, Floats] = field(default_factory=dict)
+
+    def __getitem__(self, signal: str) -> Floats:
+        return self.signals[signal]
+
+
+def folder_of_configs() -> Path:
+    """
+    Find the configurations, which belong to the sources and not to the package.
+
+    Raises:
+        ConfigError: If there are none.
+    """
+    candidates = [Path(__file__).parents[3] / "configs", Path("configs")]
+    for folder in candidates:
+        if (folder / "low_frequency.yaml").is_file():
+            return folder
+    raise ConfigError(["configs: no such folder, expected the folder configs of the dockloop sources"])
+
+
+def experiment_of(run: Run, progress: Progress = silent) -> Experiment:
+    """Prepare a run."""
+    base = _prepared(run.config, run.variant, run.values, run.stop_time, progress)
+    system = _seeded(base.system, run.seed)
+    schedule = base.schedule if run.order is None else make_schedule(system, _listed(run.order), "order")
+    return replace(base, system=system, schedule=schedule)
+
+
+def perform(run: Run, wanted: Wanted) -> Recording:
+    """Step a run and keep what is wanted."""
+    experiment = experiment_of(run)
+    options = RunOptions(limits=experiment.limits, scenario=experiment.scenario)
+    outcome = simulate(experiment.system, experiment.schedule, experiment.grid, options=options)
+    result = outcome.result
+    trace = Trace(experiment, result)
+    numbers = {name: _number(MEASURES[name](trace)) for name in sorted(wanted.measures)}
+    signals = {name: result[name].copy() for name in sorted(wanted.signals)}
+    return Recording(outcome.status, numbers, result.time, signals)
+
+
+@cache
+def _prepared(
+    config: str, variant: str | None, values: tuple[str, ...], stop_time: float | None, progress: Progress
+) -> Experiment:
+    path = folder_of_configs() / f"{config}.yaml"
+    return prepare(path, Request(variant, values, stop_time), progress)
+
+
+def _seeded(system: System, seed: int) -> System:
+    name, _, key = SEED.partition(".")
+    if name not in system.instances:
+        return system
+    instance = system.instances[name]
+    value = parse(instance.description.by_name[key], seed)
+    changed = replace(instance, start={**instance.start, key: value})
+    return replace(system, instances={**system.instances, name: changed})
+
+
+def _listed(order: Order) -> list[Any]:
+    return [list(entry) if isinstance(entry, tuple) else entry for entry in order]
+
+
+def _number(value: float | None) -> float:
+    return math.nan if value is None else float(value)

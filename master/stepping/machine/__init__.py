@@ -1,0 +1,1 @@
+"""The flat program and the one loop that executes it."""

@@ -1,0 +1,139 @@
+"""A simulation from the loading of its FMUs to their end, whatever happens between."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterator, Mapping
+from contextlib import contextmanager
+
+from master.coupling.schedule import Schedule
+from master.errors import FmuError
+from master.fmi.description import Description
+from master.fmi.fmi2 import Fmi2Slave
+from master.fmi.fmi3 import Fmi3Slave
+from master.fmi.native import calls
+from master.fmi.slave import Slave
+from master.fmi.unpacked import require_binary
+from master.stepping.machine.interpreter import compiled as compiled_execute
+from master.stepping.machine.interpreter import execute
+from master.stepping.machine.program import Program
+from master.system.graph import System
+
+from .compiler import build_program
+from .initialisation import initialise
+from .run import (
+    COMPLETED,
+    DIVERGED,
+    FAILED,
+    INTERRUPTED,
+    OVERRUN,
+    TERMINATED,
+    Grid,
+    Outcome,
+    ProgressCallback,
+    RunLoop,
+    RunOptions,
+)
+
+__all__ = [
+    "COMPLETED",
+    "DIVERGED",
+    "FAILED",
+    "INTERRUPTED",
+    "OVERRUN",
+    "TERMINATED",
+    "Grid",
+    "Outcome",
+    "RunOptions",
+    "load",
+    "running",
+    "simulate",
+]
+
+FATAL = "fatal"
+
+SlaveFactory = Callable[[str, Description], Slave]
+
+
+def load(name: str, description: Description) -> Slave:
+    """Load an FMU of either version."""
+    require_binary(name, description)
+    return Fmi2Slave(name, description) if description.version == 2 else Fmi3Slave(name, description)
+
+
+def _silent(ticks: int) -> None:
+    """Show nothing."""
+
+
+def simulate(
+    system: System,
+    schedule: Schedule,
+    grid: Grid,
+    *,
+    options: RunOptions | None = None,
+    factory: SlaveFactory = load,
+    progress: ProgressCallback = _silent,
+    compiled: bool = True,
+) -> Outcome:
+    """
+    Step a system over the grid.
+
+    Args:
+        system: What to step.
+        schedule: In which order.
+        grid: When.
+        options: Limits, scenario, real time, where rows go.
+        factory: Makes the slaves; tests give stubs.
+        progress: Called with the number of ticks done since the last call.
+        compiled: Whether the stepping loop runs as compiled code.
+
+    Raises:
+        FmuError: If an FMU cannot be loaded or initialised; later failures are in the outcome.
+    """
+    run = running(
+        system, schedule, grid, options=options, factory=factory, progress=progress, compiled=compiled
+    )
+    with run as (outcome, _):
+        return outcome
+
+
+@contextmanager
+def running(
+    system: System,
+    schedule: Schedule,
+    grid: Grid,
+    *,
+    options: RunOptions | None = None,
+    factory: SlaveFactory = load,
+    progress: ProgressCallback = _silent,
+    compiled: bool = True,
+) -> Iterator[tuple[Outcome, Mapping[str, Slave]]]:
+    """Step a system as `simulate` does, and give its FMUs beside the outcome; they end behind the block."""
+    options = options or RunOptions()
+    slaves: dict[str, Slave] = {}
+    failed: dict[str, str] = {}
+    try:
+        for name, instance in system.instances.items():
+            slaves[name] = factory(name, instance.description)
+        initialise(system, schedule, slaves, grid.t0)
+        program = build_program(system, schedule, slaves, options.scenario.channels())
+        loop = RunLoop(system, grid, program, slaves, options)
+        outcome = loop.run(compiled_execute() if compiled else execute, progress)
+        if outcome.error is not None:
+            failed[outcome.error.instance] = outcome.error.status
+        _free_states(program, slaves, failed)
+        yield outcome, slaves
+    except FmuError as error:
+        failed[error.instance] = error.status
+        raise
+    finally:
+        for name, slave in slaves.items():
+            slave.close(failed=name in failed, fatal=failed.get(name) == FATAL)
+
+
+def _free_states(program: Program, slaves: Mapping[str, Slave], failed: Collection[str]) -> None:
+    """Give saved states of iterated groups back to their FMUs."""
+    states = program.memory.states
+    for i, name in enumerate(program.names):
+        if states[i] and name not in failed:
+            interface = slaves[name].interface()
+            calls.state(interface.free_state, interface.component, states.ctypes.data + 8 * i)

@@ -1,0 +1,1 @@
+"""Text that people write: YAML with lines, and faults with their places."""
