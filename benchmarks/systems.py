@@ -13,7 +13,8 @@ from ring_model import Link
 from fmu_sources.composed.registry import load, modules
 from fmu_sources.export.native import generate
 from fmu_sources.export.native_flavour import NativeSources, host_binaries, native_sources, pack_native
-from master.experiment.experiment import Experiment, prepare
+from master.experiment.experiment import Experiment
+from master.experiment.prepare import prepare
 from master.fmi.description import Kind
 
 PROJECT = Path(__file__).parents[1]

@@ -9,12 +9,14 @@ from pathlib import Path
 import numpy as np
 from measure import answer, timed
 
-from master.experiment.experiment import prepare
+from master.experiment.prepare import prepare
 from master.stepping.compiler import build_program
 from master.stepping.initialisation import initialise
 from master.stepping.machine.interpreter import compiled
-from master.stepping.run import Grid, RunLoop, RunOptions
+from master.stepping.outcome import RunOptions
+from master.stepping.run import RunLoop
 from master.stepping.simulate import load
+from master.system.grid import Grid
 
 
 def main(spec_path: str, n_steps: str) -> None:

@@ -9,9 +9,10 @@ import tempfile
 import time
 from pathlib import Path
 
-from master.experiment.experiment import Request, prepare
+from master.experiment.prepare import Request, prepare
 from master.recording.files import ResultFiles
-from master.stepping.simulate import RunOptions, simulate
+from master.stepping.outcome import RunOptions
+from master.stepping.simulate import simulate
 
 KEPT_ROWS = 10_000
 

@@ -16,7 +16,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ..composed.registry import ROOT, load, modules
-from .native_flavour import host_binaries, native_sources, native_token, pack_native
+from .manifest import read_manifest
+from .native_flavour import host_binaries, native_sources, pack_native, source_stamp
 from .python_flavour import build_python, python_sources, python_token
 
 FMU_FOLDER = ROOT.parent / "fmus"
@@ -26,7 +27,7 @@ _VERSION = {"native": "2.0", "fmi3": "3.0"}
 
 @dataclass(frozen=True)
 class Target:
-    """One FMU to be: the model, its flavour, where the file stands, and the token of the present sources."""
+    """One FMU to be: the model, its flavour, where the file stands, and the GUID that it must have."""
 
     model: str
     flavour: str
@@ -59,11 +60,13 @@ def target(name: str, flavour: str = "native", folder: Path = FMU_FOLDER) -> Tar
     if flavour == "python":
         path = folder / "python" / f"{name}.fmu"
         return Target(name, flavour, path, python_token(model, python_sources(*files)))
-    token = native_token(model, *files)
-    released = Target(name, flavour, release_path(name, flavour, folder), token)
-    if released.is_current():
-        return released
-    return Target(name, flavour, release_path(name, flavour, folder / "local"), token)
+    stamp = source_stamp(model, *files)
+    entry = read_manifest(folder).get(name)
+    if entry is not None and entry.sources == stamp:
+        released = Target(name, flavour, release_path(name, flavour, folder), entry.token)
+        if released.is_current():
+            return released
+    return Target(name, flavour, release_path(name, flavour, folder / "local"), stamp)
 
 
 def build(wanted: Target) -> Path:

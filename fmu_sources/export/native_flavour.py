@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cache
@@ -19,7 +20,6 @@ from .reference_data import reference_files, reference_paths
 from .terminals import terminal_files
 
 NATIVE = Flavour("native flavour", needs_execution_tool=False, directional_derivatives=True)
-FMI_VERSIONS = ("2.0", "3.0")
 
 _EXPORT = Path(__file__).parent
 
@@ -35,8 +35,8 @@ class NativeSources:
 
 
 @cache
-def native_token(model: Model, model_file: Path, *more: Path) -> str:
-    """Compute the GUID from all sources that the FMU is generated from, without generating it."""
+def source_stamp(model: Model, model_file: Path, *more: Path) -> str:
+    """Digest of all sources that the FMU is generated from, in the form of a GUID; generates nothing."""
     generator = [
         p for p in _EXPORT.rglob("*") if p.suffix in (".py", ".c", ".h") and p.name not in _NOT_NATIVE
     ]
@@ -45,13 +45,23 @@ def native_token(model: Model, model_file: Path, *more: Path) -> str:
     return guid(describe_fmi2(model, NATIVE, ""), *contents)
 
 
-_NOT_NATIVE = {"python_flavour.py", "python_slave.py", "build.py", "release.py"}
+_NOT_NATIVE = {"python_flavour.py", "python_slave.py", "build.py", "release.py", "manifest.py"}
 
 
-def native_sources(model: Model, model_file: Path, *more: Path) -> NativeSources:
-    """Generate the C files of a model; `more` are the files that compose it."""
-    token = native_token(model, model_file, *more)
+def native_sources(model: Model, model_file: Path, *more: Path, token: str | None = None) -> NativeSources:
+    """Generate the C files of a model; `more` are the files that compose it; GUID by default the stamp."""
+    token = source_stamp(model, model_file, *more) if token is None else token
     return NativeSources(model, token, native.generate(model, token), reference_files(model, model_file))
+
+
+def content_digest(model: Model, model_file: Path) -> str:
+    """Digest of all that both FMUs of a model hold before compilation, whatever their GUID."""
+    sources = native_sources(model, model_file, token="")
+    digest = hashlib.sha256()
+    for version in ("2.0", "3.0"):
+        for name, content in sorted(_contents(sources, version).items()):
+            digest.update(f"{name}\0{len(content)}\0".encode() + content)
+    return digest.hexdigest()
 
 
 def host_binaries(sources: NativeSources) -> dict[str, bytes]:
@@ -68,9 +78,13 @@ def release_binaries(sources: NativeSources) -> dict[str, bytes]:
 
 def pack_native(sources: NativeSources, binaries: Mapping[str, bytes], fmi_version: str) -> bytes:
     """Put an FMU of one FMI version together."""
+    return pack(_contents(sources, fmi_version) | native.of_version(binaries, fmi_version))
+
+
+def _contents(sources: NativeSources, fmi_version: str) -> dict[str, bytes]:
+    """All files of an FMU but its binaries."""
     model = sources.model
     contents = {f"sources/{name}": content for name, content in sources.files.items()}
-    contents |= native.of_version(binaries, fmi_version)
     contents |= documentation_files(model) | dict(sources.reference)
     if fmi_version == "2.0":
         c_files = tuple(native.c_files(sources.files))
@@ -79,4 +93,4 @@ def pack_native(sources: NativeSources, binaries: Mapping[str, bytes], fmi_versi
         contents["modelDescription.xml"] = describe_fmi3(model, NATIVE, sources.token)
         contents["sources/buildDescription.xml"] = native.build_description(sources.files, model.name)
         contents |= terminal_files(model)
-    return pack(contents)
+    return contents

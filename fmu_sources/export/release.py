@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 from collections.abc import Iterator
 from pathlib import Path
 
 from ..composed.registry import load, model_files
+from ..framework.model import Model
 from .build import FMU_FOLDER, release_path, write
-from .native_flavour import native_sources, pack_native, release_binaries
+from .manifest import NAME, Entry, manifest, read_manifest
+from .native_flavour import content_digest, native_sources, pack_native, release_binaries, source_stamp
 
 ROOMS = ("spacecraft", "motion_simulator", "docking_contact", "force_sensor", "compensator", "real_docking")
 _VERSIONS = {"native": "2.0", "fmi3": "3.0"}
@@ -20,30 +20,36 @@ def release_models() -> list[str]:
     return [name for name, path in model_files().items() if path.parent.name in ROOMS]
 
 
-def release_files(folder: Path = FMU_FOLDER) -> Iterator[dict[Path, bytes]]:
-    """Build the release model by model: path to content."""
+def release_files(folder: Path = FMU_FOLDER) -> Iterator[tuple[dict[Path, bytes], dict[str, Entry]]]:
+    """Build the release model by model: path to content, and the model's entry in the manifest."""
+    recorded = read_manifest(folder)
     for name in release_models():
-        sources = native_sources(load(name), model_files()[name])
+        model, file = load(name), model_files()[name]
+        entry = _entry(model, file, recorded.get(name))
+        sources = native_sources(model, file, token=entry.token)
         binaries = release_binaries(sources)
-        yield {
+        files = {
             release_path(name, flavour, folder): pack_native(sources, binaries, version)
             for flavour, version in _VERSIONS.items()
         }
+        yield files, {name: entry}
 
 
-def manifest(files: dict[Path, bytes], folder: Path = FMU_FOLDER) -> bytes:
-    """List the files of a release with their SHA-256."""
-    sums = {p.relative_to(folder).as_posix(): hashlib.sha256(c).hexdigest() for p, c in sorted(files.items())}
-    return json.dumps({"sha256": sums}, indent=2).encode() + b"\n"
+def _entry(model: Model, file: Path, recorded: Entry | None) -> Entry:
+    """Keep the recorded GUID as long as the content stays."""
+    stamp, content = source_stamp(model, file), content_digest(model, file)
+    kept = recorded is not None and recorded.content == content
+    return Entry(stamp, content, recorded.token if recorded is not None and kept else stamp)
 
 
-def write_release(files: dict[Path, bytes], folder: Path = FMU_FOLDER) -> None:
+def write_release(files: dict[Path, bytes], entries: dict[str, Entry], folder: Path = FMU_FOLDER) -> None:
     """Put a release in its place, with its manifest."""
     for path, content in files.items():
         write(path, content)
-    write(folder / "MANIFEST.json", manifest(files, folder))
+    write(folder / NAME, manifest(files, entries, folder))
 
 
-def differences(files: dict[Path, bytes]) -> list[Path]:
+def differences(files: dict[Path, bytes], entries: dict[str, Entry], folder: Path = FMU_FOLDER) -> list[Path]:
     """Paths whose committed bytes are not those of the build."""
-    return [p for p, content in files.items() if not p.is_file() or p.read_bytes() != content]
+    built = files | {folder / NAME: manifest(files, entries, folder)}
+    return [p for p, content in built.items() if not p.is_file() or p.read_bytes() != content]

@@ -14,7 +14,8 @@ from master.analysis.measures.sweep import StabilityMap, parse_axis, stability_m
 from master.analysis.measures.zeros import zeros
 from master.analysis.summary import judge, lines, pole_dict
 from master.errors import ConfigError, expected
-from master.experiment.experiment import Experiment, Request, prepare
+from master.experiment.experiment import Experiment
+from master.experiment.prepare import Request, prepare
 
 from .common import CONFIG, FLAVOUR, JSON, SET, STDERR, VARIANT, answers_errors, print_json, show_building
 

@@ -11,6 +11,7 @@ from rich.progress import track
 from fmu_sources.composed import registry
 from fmu_sources.export import build as builder
 from fmu_sources.export import release as releaser
+from fmu_sources.export.manifest import Entry
 from fmu_sources.export.native import NativeBuildError
 from master.errors import ConfigError, expected
 
@@ -61,6 +62,7 @@ def _release(models: tuple[str, ...], only_check: bool) -> None:
     if models:
         raise ConfigError([f"MODEL: a release holds all subsystems, got {', '.join(models)}, expected none"])
     files: dict[Path, bytes] = {}
+    entries: dict[str, Entry] = {}
     steps = track(
         releaser.release_files(),
         "building the release",
@@ -68,13 +70,14 @@ def _release(models: tuple[str, ...], only_check: bool) -> None:
         console=STDERR,
         transient=True,
     )
-    for built in steps:
+    for built, entry in steps:
         files |= built
+        entries |= entry
     if only_check:
-        _refuse_differences(releaser.differences(files))
+        _refuse_differences(releaser.differences(files, entries))
         click.echo(f"{len(files)} FMUs of the release are what their sources give")
         return
-    releaser.write_release(files)
+    releaser.write_release(files, entries)
     click.echo(f"{len(files)} FMUs of the release written to {builder.FMU_FOLDER.name}/")
 
 

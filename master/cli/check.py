@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from master.experiment.experiment import Request, prepare
+from master.experiment.prepare import Request, prepare
 
 from .common import CONFIG, FLAVOUR, JSON, SET, VARIANT, answers_errors, print_json, show_building
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from master.analysis.design.phase_lead import Design, design
 from master.errors import ConfigError
-from master.experiment.experiment import Request, prepare
+from master.experiment.prepare import Request, prepare
 from master.system.config import PhaseLead
 
 from .common import CONFIG, FLAVOUR, JSON, SET, VARIANT, answers_errors, print_json, show_building

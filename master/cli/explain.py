@@ -9,7 +9,8 @@ import click
 
 from master.coupling.algebraic import algebraic_loops
 from master.coupling.ledger import Entry, Ledger
-from master.experiment.experiment import Experiment, Request, prepare
+from master.experiment.experiment import Experiment
+from master.experiment.prepare import Request, prepare
 
 from .common import CONFIG, FLAVOUR, JSON, SET, VARIANT, answers_errors, print_json, show_building
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from master.experiment.experiment import Request, prepare
+from master.experiment.prepare import Request, prepare
 from master.ssp.export import write_ssp
 
 from .common import CONFIG, FLAVOUR, SET, VARIANT, answers_errors, show_building

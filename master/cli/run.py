@@ -14,20 +14,31 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from master.errors import EXIT_DIVERGED, EXIT_FMU
 from master.evaluation.report import Report, save_run, summary_lines
-from master.experiment.experiment import Experiment, Request, prepare
+from master.experiment.experiment import Experiment
+from master.experiment.prepare import Request, prepare
 from master.recording.files import ResultFiles
 from master.stepping import simulate
+from master.stepping.outcome import (
+    COMPLETED,
+    DIVERGED,
+    FAILED,
+    INTERRUPTED,
+    OVERRUN,
+    TERMINATED,
+    Outcome,
+    RunOptions,
+)
 from master.stepping.pacing import CONTINUE, STOP, Pacer
 
 from .common import CONFIG, FLAVOUR, JSON, SET, STDERR, VARIANT, answers_errors, print_json, show_building
 
 _EXIT = {
-    simulate.COMPLETED: 0,
-    simulate.TERMINATED: 0,
-    simulate.DIVERGED: EXIT_DIVERGED,
-    simulate.FAILED: EXIT_FMU,
-    simulate.OVERRUN: EXIT_FMU,
-    simulate.INTERRUPTED: 130,
+    COMPLETED: 0,
+    TERMINATED: 0,
+    DIVERGED: EXIT_DIVERGED,
+    FAILED: EXIT_FMU,
+    OVERRUN: EXIT_FMU,
+    INTERRUPTED: 130,
 }
 _ROWS_IN_MEMORY = 100_000
 _SECONDS_A_LOOK = 0.1
@@ -83,7 +94,7 @@ def run(config: Path, output: Path | None, as_json: bool, **options: Any) -> Non
     sys.exit(_EXIT[outcome.status])
 
 
-def _simulate(experiment: Experiment, pacer: Pacer | None, sink: ResultFiles | None) -> simulate.Outcome:
+def _simulate(experiment: Experiment, pacer: Pacer | None, sink: ResultFiles | None) -> Outcome:
     columns = (
         TextColumn("{task.description}"),
         BarColumn(),
@@ -91,7 +102,7 @@ def _simulate(experiment: Experiment, pacer: Pacer | None, sink: ResultFiles | N
         TimeRemainingColumn(),
     )
     grid = experiment.grid
-    options = simulate.RunOptions(
+    options = RunOptions(
         limits=experiment.limits,
         scenario=experiment.scenario,
         pacer=pacer,

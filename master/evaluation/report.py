@@ -9,7 +9,7 @@ from typing import Any
 
 from master.experiment.experiment import Experiment
 from master.recording.files import ResultFiles, write_result
-from master.stepping.simulate import Outcome
+from master.stepping.outcome import Outcome
 
 from .metrics import Metrics, compute_metrics
 from .plots import plot_run

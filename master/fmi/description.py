@@ -61,7 +61,7 @@ class Variable:
 
 @dataclass(frozen=True)
 class DeclaredDelay:
-    """A delay that the FMU declares of itself; see `fmu_sources.model.Delay`."""
+    """A delay that the FMU declares of itself; see `fmu_sources.framework.model.Delay`."""
 
     input: str
     kind: str

@@ -6,7 +6,6 @@ import signal
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, nullcontext
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -16,24 +15,24 @@ from master.fmi.loaded_fmu import STATUS
 from master.fmi.native.cells import first_misfit
 from master.fmi.slave import Slave
 from master.fmi.value_types import NAMES, RANGES
-from master.recording.recorder import Recorder, Result, Sink
+from master.recording.recorder import Recorder
 from master.stepping.machine.operations import ENDED_WITHIN, MISFIT, STOOD_STILL, WANTED_EVENTS
 from master.stepping.machine.program import Program
+from master.stepping.outcome import (
+    COMPLETED,
+    DIVERGED,
+    FAILED,
+    INTERRUPTED,
+    OVERRUN,
+    TERMINATED,
+    Outcome,
+    RunOptions,
+)
 from master.system.graph import Port, System
-from master.system.scenario import Scenario
+from master.system.grid import Grid
 
 from .machine import interpreter
-from .pacing import Pacer
 from .scenario_player import Director
-
-COMPLETED, DIVERGED, FAILED, INTERRUPTED, OVERRUN, TERMINATED = (
-    "completed",
-    "diverged",
-    "failed",
-    "interrupted",
-    "overrun",
-    "terminated",
-)
 
 DISCARD = STATUS.index("discard")
 _DEVIATIONS = {
@@ -48,54 +47,6 @@ _TIME_TOLERANCE = 1e-6  # of a step
 
 Execute = Callable[..., tuple[int, int, int, int]]
 ProgressCallback = Callable[[int], None]
-
-
-@dataclass(frozen=True)
-class Grid:
-    """The time grid: tick k goes from t0 + k h to t0 + (k+1) h [s]."""
-
-    t0: float
-    step_size: float
-    n_ticks: int
-
-    def time(self, tick: int) -> float:
-        """Start of a tick [s], computed without accumulation."""
-        return self.t0 + tick * self.step_size
-
-
-@dataclass(frozen=True)
-class RunOptions:
-    """
-    What a run does beside stepping.
-
-    `limits`: largest magnitude by signal, beyond which the run has diverged. `scenario`: events.
-    `pacer`: real time. `sink`: where all rows go; then every `keep_every`-th stays in memory.
-    """
-
-    limits: Mapping[str, float] = field(default_factory=dict)
-    scenario: Scenario = field(default_factory=Scenario)
-    pacer: Pacer | None = None
-    sink: Sink | None = None
-    keep_every: int = 1
-
-
-@dataclass
-class Outcome:
-    """
-    How a run ended and what it computed.
-
-    `error` says why if it failed, `cause` why it ended early; `not_reached` are the conditions of a
-    scenario that did not come true.
-    """
-
-    status: str
-    result: Result
-    seconds: float
-    steps: int
-    error: FmuError | None = None
-    cause: str = ""
-    real_time: dict[str, Any] | None = None
-    not_reached: list[str] = field(default_factory=list)
 
 
 class RunLoop:

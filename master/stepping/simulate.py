@@ -16,38 +16,16 @@ from master.fmi.unpacked import require_binary
 from master.stepping.machine.interpreter import compiled as compiled_execute
 from master.stepping.machine.interpreter import execute
 from master.stepping.machine.program import Program
+from master.stepping.outcome import (
+    Outcome,
+    RunOptions,
+)
+from master.stepping.run import ProgressCallback, RunLoop
 from master.system.graph import System
+from master.system.grid import Grid
 
 from .compiler import build_program
 from .initialisation import initialise
-from .run import (
-    COMPLETED,
-    DIVERGED,
-    FAILED,
-    INTERRUPTED,
-    OVERRUN,
-    TERMINATED,
-    Grid,
-    Outcome,
-    ProgressCallback,
-    RunLoop,
-    RunOptions,
-)
-
-__all__ = [
-    "COMPLETED",
-    "DIVERGED",
-    "FAILED",
-    "INTERRUPTED",
-    "OVERRUN",
-    "TERMINATED",
-    "Grid",
-    "Outcome",
-    "RunOptions",
-    "load",
-    "running",
-    "simulate",
-]
 
 FATAL = "fatal"
 

@@ -5,8 +5,9 @@ import sys
 import pytest
 import yaml
 
-from master.experiment.experiment import prepare
-from master.stepping.simulate import RunOptions, simulate
+from master.experiment.prepare import prepare
+from master.stepping.outcome import RunOptions
+from master.stepping.simulate import simulate
 
 COMPILED = [
     pytest.mark.slow,

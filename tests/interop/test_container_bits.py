@@ -12,8 +12,10 @@ from container import build_system_container
 from fmpy import extract, read_model_description
 from fmpy.fmi2 import FMU2Slave
 
-from master.experiment.experiment import Experiment, prepare
-from master.stepping.simulate import Grid, simulate
+from master.experiment.experiment import Experiment
+from master.experiment.prepare import prepare
+from master.stepping.simulate import simulate
+from master.system.grid import Grid
 
 pytestmark = pytest.mark.slow
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from master.coupling.schedule import Schedule
-from master.experiment.experiment import Request, prepare
+from master.experiment.prepare import Request, prepare
 from master.ssp.export import write_ssp
 from master.stepping.simulate import simulate
 

@@ -26,7 +26,7 @@ from stubs import (
 )
 
 from master.errors import ConfigError
-from master.experiment import experiment
+from master.experiment import prepare as preparation
 from master.fmi.description import Kind
 from master.stepping import simulate
 
@@ -78,9 +78,9 @@ def bay(tmp_path, monkeypatch):
         space.slaves[name] = Stub(name, description, made[description.model_name].law)
         return space.slaves[name]
 
-    read = experiment.read_description
+    read = preparation.read_description
     monkeypatch.setattr(
-        experiment,
+        preparation,
         "read_description",
         lambda path: made[path.stem].description(path.stem) if path.stem in made else read(path),
     )
@@ -93,7 +93,7 @@ def bay(tmp_path, monkeypatch):
 
     def faults(text: str, **request) -> list[str]:
         with pytest.raises(ConfigError) as caught:
-            experiment.prepare(write(text), experiment.Request(**request))
+            preparation.prepare(write(text), preparation.Request(**request))
         return [p.replace(f"{tmp_path}/", "") for p in caught.value.problems]
 
     space.write, space.faults, space.factory = write, faults, factory

@@ -1,6 +1,6 @@
 import pytest
 
-from master.experiment.experiment import Request, prepare
+from master.experiment.prepare import Request, prepare
 
 TEXT = """\
 name: test

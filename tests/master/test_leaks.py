@@ -8,8 +8,9 @@ import pytest
 import yaml
 
 from fmu_sources.export.build import build, target
-from master.experiment.experiment import prepare
-from master.stepping.simulate import Grid, simulate
+from master.experiment.prepare import prepare
+from master.stepping.simulate import simulate
+from master.system.grid import Grid
 
 pytestmark = [
     pytest.mark.slow,

@@ -7,7 +7,7 @@ import pytest
 import yaml
 
 from master.errors import ConfigError
-from master.experiment.experiment import prepare
+from master.experiment.prepare import prepare
 
 SYSTEM = {
     "name": "test",

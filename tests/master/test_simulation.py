@@ -21,7 +21,8 @@ from stubs import (
 )
 
 from master.errors import FmuError
-from master.stepping.simulate import Grid, simulate
+from master.stepping.simulate import simulate
+from master.system.grid import Grid
 
 
 def test_row_0_holds_the_initial_values():

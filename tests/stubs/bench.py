@@ -10,9 +10,11 @@ from typing import Any
 from master.coupling.ledger import Ledger, make_ledger
 from master.coupling.schedule import Schedule, make_schedule
 from master.fmi.description import Description
-from master.stepping.simulate import Grid, Outcome, RunOptions, simulate
+from master.stepping.outcome import Outcome, RunOptions
+from master.stepping.simulate import simulate
 from master.system.config import Config, LoadedConfig
 from master.system.graph import System, build_system
+from master.system.grid import Grid
 from master.text.yaml_lines import Document
 
 from .slave import Block, Stub

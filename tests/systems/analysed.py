@@ -7,8 +7,9 @@ from types import SimpleNamespace
 
 from master.analysis.summary import analyse
 from master.evaluation.metrics import compute_metrics
-from master.experiment.experiment import Request, prepare
-from master.stepping.simulate import RunOptions, simulate
+from master.experiment.prepare import Request, prepare
+from master.stepping.outcome import RunOptions
+from master.stepping.simulate import simulate
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 

@@ -172,7 +172,7 @@ def test_forward_difference_has_an_unstable_second_mode():
 @pytest.mark.parametrize("flavour", ["python", "fmi3"])
 def test_every_flavour_gives_the_same_poles(flavour):
     from master.analysis.summary import analyse
-    from master.experiment.experiment import Request, prepare
+    from master.experiment.prepare import Request, prepare
 
     request = Request(variant="cfdc_dpdc", flavour=flavour)
     found = analyse(prepare(CONFIGS / "low_frequency.yaml", request)).dominant

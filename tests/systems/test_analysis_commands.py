@@ -14,7 +14,7 @@ from click.testing import CliRunner
 from master.analysis.design.phase_lead import design
 from master.cli import main
 from master.errors import ConfigError
-from master.experiment.experiment import Request, prepare
+from master.experiment.prepare import Request, prepare
 from master.system.config import PhaseLead
 
 LOW = str(CONFIGS / "low_frequency.yaml")

@@ -14,7 +14,7 @@ import pytest
 import yaml
 from stubs import bench
 
-from master.experiment.experiment import prepare
+from master.experiment.prepare import prepare
 from master.stepping.simulate import simulate
 
 END = 0.4

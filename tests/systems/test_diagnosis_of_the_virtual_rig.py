@@ -15,7 +15,7 @@ from master.diagnosis.answer.answer import answer
 from master.diagnosis.case.case import load_case
 from master.diagnosis.judge.diagnose import diagnose
 from master.errors import ConfigError
-from master.experiment.experiment import Request, prepare
+from master.experiment.prepare import Request, prepare
 from master.stepping.simulate import simulate
 
 sys.path.append(str(Path(__file__).parents[1]))

@@ -11,7 +11,7 @@ from fmpy.ssp.simulation import simulate_ssp
 from lxml import etree
 
 from master.errors import ConfigError
-from master.experiment.experiment import Request, prepare
+from master.experiment.prepare import Request, prepare
 from master.ssp.export import write_ssp
 from master.stepping.simulate import simulate
 

@@ -26,7 +26,7 @@ def as_written() -> Iterator[None]:
 
 
 class CasadiArithmetic:
-    """The functions of `fmu_sources.arithmetic.Arithmetic` on symbols (scalars of type SX)."""
+    """The functions of `fmu_sources.framework.arithmetic.Arithmetic` on symbols (scalars of type SX)."""
 
     pi = math.pi
     sqrt = staticmethod(ca.sqrt)

@@ -23,7 +23,8 @@ from master.analysis.identify.responses import Question
 from master.analysis.identify.varying import alone, answer, measure_learning, measure_through_time, period_of
 from master.evaluation.modes import Mode, dominant_mode
 from master.recording.recorder import Result
-from master.stepping.simulate import RunOptions, simulate
+from master.stepping.outcome import RunOptions
+from master.stepping.simulate import simulate
 
 from .linearise import Laboratory
 from .tick_matrix import Coupled, Part, Walk

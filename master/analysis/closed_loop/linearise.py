@@ -7,13 +7,15 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from master.analysis.identify.online_identifiers import HOLD, REASON, learns, measure_learned
-from master.analysis.identify.realisation import StateSpace, realise
+from master.analysis.identify.realisation import realise
 from master.analysis.identify.responses import Question, Responses, measure, real, start_variables
+from master.analysis.state_space import StateSpace
 from master.experiment.experiment import Experiment
 from master.fmi.description import Kind
 from master.fmi.values import parse
-from master.stepping.simulate import Grid, SlaveFactory, load, simulate
+from master.stepping.simulate import SlaveFactory, load, simulate
 from master.system.graph import Instance, System
+from master.system.grid import Grid
 
 from .tick_matrix import Coupled, Part
 

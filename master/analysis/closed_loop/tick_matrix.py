@@ -18,7 +18,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from master.analysis.identify.realisation import StateSpace
+from master.analysis.state_space import StateSpace
 from master.coupling.schedule import Schedule
 from master.system.graph import System, Wire
 

@@ -17,9 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from master.analysis.identify.realisation import StateSpace, realise
+from master.analysis.identify.realisation import realise
 from master.analysis.identify.responses import Question, measure
 from master.analysis.measures.frequency import response
+from master.analysis.state_space import StateSpace
 from master.errors import ConfigError, expected
 from master.fmi.description import Description
 from master.stepping.simulate import SlaveFactory, load

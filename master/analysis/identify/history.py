@@ -16,7 +16,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from .realisation import StateSpace
+from master.analysis.state_space import StateSpace
 
 Floats = NDArray[np.float64]
 

@@ -10,7 +10,8 @@ from dataclasses import replace
 
 from master.experiment.experiment import Experiment
 from master.fmi.values import parse
-from master.stepping.simulate import RunOptions, SlaveFactory, running
+from master.stepping.outcome import RunOptions
+from master.stepping.simulate import SlaveFactory, running
 from master.system.graph import Instance, System
 
 from .responses import Question, Responses, measure_running

@@ -15,10 +15,10 @@ Source   Ho, Kalman (1966); Juang, Pappa, An eigensystem realization algorithm, 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
+
+from master.analysis.state_space import StateSpace
 
 from .responses import Responses
 
@@ -29,24 +29,6 @@ _WORSE_THAN_BEST = 20.0
 _DENSE = (16, 136)
 _SPARSE = 12
 _TOLERANCES = tuple(10.0 ** (-0.5 * n) for n in range(6, 29))
-
-
-@dataclass(frozen=True)
-class StateSpace:
-    """One FMU as a linear system; `misfit` is the largest relative error over the measured rows."""
-
-    A: Floats
-    B: Floats
-    C: Floats
-    D: Floats
-    X0: Floats
-    misfit: float
-    curvature: float = 0.0
-
-    @property
-    def order(self) -> int:
-        """Number of states."""
-        return len(self.A)
 
 
 def realise(responses: Responses) -> StateSpace:

@@ -14,11 +14,11 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from master.analysis.state_space import StateSpace
 from master.stepping.simulate import SlaveFactory
 
 from . import history
 from .online_identifiers import HOLD
-from .realisation import StateSpace
 from .responses import Bench, Question, delta_of, started
 
 Floats = NDArray[np.float64]

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from master.analysis.closed_loop.tick_matrix import Coupled
-from master.analysis.identify.realisation import StateSpace
+from master.analysis.state_space import StateSpace
 from master.system.graph import Wire
 
 Floats = NDArray[np.float64]

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.linalg import eig, eigvals
 
 from master.analysis.closed_loop.tick_matrix import Coupled
-from master.analysis.identify.realisation import StateSpace
+from master.analysis.state_space import StateSpace
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]

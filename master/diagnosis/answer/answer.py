@@ -12,7 +12,7 @@ from master.diagnosis.answer.report.panels import panels
 from master.diagnosis.case.case import load_case
 from master.diagnosis.judge.diagnose import Diagnosis, diagnose
 from master.diagnosis.search.study import Progress
-from master.experiment.experiment import prepare
+from master.experiment.prepare import prepare
 from master.fmi.description import read_description
 
 from .before_after import sealed

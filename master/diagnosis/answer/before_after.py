@@ -12,9 +12,9 @@ import numpy as np
 from master import catalogue
 from master.diagnosis.case.cut import CutSystem, Part
 from master.diagnosis.case.split import Stretch
-from master.diagnosis.data.tables import Array
 from master.diagnosis.judge.diagnose import Diagnosis
 from master.diagnosis.judge.part_result import PartResult
+from master.diagnosis.numerics.arrays import Array
 from master.diagnosis.numerics.whiteness import block_bootstrap, correlation_length
 from master.diagnosis.replay.candidate_models import links
 from master.diagnosis.replay.replay import Bench

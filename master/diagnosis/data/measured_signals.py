@@ -10,10 +10,10 @@ from scipy.signal import butter, filtfilt
 from master import catalogue
 from master.diagnosis.case.case import Case, LoadedCase, SignalEntry
 from master.diagnosis.case.cut import CutSystem, cut
+from master.diagnosis.numerics.arrays import Array
 from master.errors import ConfigError, DataError
 
 from .recordings import Column, Recording, Rules, read
-from .tables import Array
 
 ORDER = 4
 

@@ -9,11 +9,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from master.diagnosis.numerics.arrays import Array
 from master.errors import DataError
 
-Array = NDArray[np.float64]
 N_SHOWN = 5
 
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from master.diagnosis.data.tables import Array
+from master.diagnosis.numerics.arrays import Array
 from master.diagnosis.numerics.ceiling import Ceiling, ceiling, history
 from master.diagnosis.numerics.drift import Drift, drift
 from master.diagnosis.numerics.least_squares import Fit, Mask

@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from master.diagnosis.data.tables import Array
+from master.diagnosis.numerics.arrays import Array
 from master.diagnosis.numerics.gains import powers
 from master.diagnosis.numerics.least_squares import Fit
 from master.diagnosis.search.families import is_accepted, is_beaten

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from master.diagnosis.data.tables import Array
+from master.diagnosis.numerics.arrays import Array
 from master.diagnosis.numerics.ceiling import Ceiling
 from master.diagnosis.numerics.drift import Drift
 from master.diagnosis.numerics.least_squares import Fit

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from master.diagnosis.case.case import LoadedCase
-from master.diagnosis.data.tables import Array
+from master.diagnosis.numerics.arrays import Array
 
 from .part_result import PartResult
 

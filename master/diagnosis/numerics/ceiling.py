@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from master.diagnosis.data.tables import Array
+from master.diagnosis.numerics.arrays import Array
 
 N_FEATURES, MOST_ROWS = 200, 3000
 LENGTH_SCALES = (0.7, 2.0, 6.0)

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
-from master.diagnosis.data.tables import Array
+from master.diagnosis.numerics.arrays import Array
 
 ALPHA = 0.01
 

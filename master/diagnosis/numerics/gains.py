@@ -19,7 +19,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from master.diagnosis.data.tables import Array
+from master.diagnosis.numerics.arrays import Array
 
 from .least_squares import Fit, bounded
 

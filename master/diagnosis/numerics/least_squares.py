@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from master.diagnosis.data.tables import Array
+from master.diagnosis.numerics.arrays import Array
 
 Mask = NDArray[np.bool_]
 Simulate = Callable[[Array], Array]

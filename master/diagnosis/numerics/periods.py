@@ -10,7 +10,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from master.diagnosis.data.tables import Array
+from master.diagnosis.numerics.arrays import Array
 
 MOST_CYCLES, A_CYCLE = 60, 2  # along the way; trials for each
 

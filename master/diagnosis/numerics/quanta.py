@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from master.diagnosis.data.tables import Array
+from master.diagnosis.numerics.arrays import Array
 
 LARGEST, SMALLEST, BINS_A_STEP, PADDING = 8.0, 0.5, 16, 8
 N_STEPS, N_TRIED = 3, 21

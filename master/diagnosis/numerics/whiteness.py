@@ -19,7 +19,7 @@ import numpy as np
 from scipy import signal, stats
 from scipy.linalg import solve_toeplitz
 
-from master.diagnosis.data.tables import Array
+from master.diagnosis.numerics.arrays import Array
 
 ORDER, LAGS, ALPHA = 20, 25, 0.01
 

@@ -15,7 +15,7 @@ from scipy.signal import decimate
 from master.diagnosis.case.case import Case, ReplayEntry
 from master.diagnosis.case.cut import Part, Values
 from master.diagnosis.data.recordings import Recording
-from master.diagnosis.data.tables import Array
+from master.diagnosis.numerics.arrays import Array
 
 from .replayer import Player
 

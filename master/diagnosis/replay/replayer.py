@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from master.diagnosis.data.tables import Array
+from master.diagnosis.numerics.arrays import Array
 from master.errors import ConfigError, FmuError
 from master.fmi.description import Description, Kind, Variable
 from master.fmi.fmi2 import Fmi2Slave

@@ -15,7 +15,7 @@ from fmu_sources.framework.instance import Instance
 from fmu_sources.framework.model import Model
 from fmu_sources.framework.variables import Role
 from master.diagnosis.case.cut import CutSystem, Values
-from master.diagnosis.data.tables import Array
+from master.diagnosis.numerics.arrays import Array
 
 from .replay import Bench
 from .replayer import Player

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
-from master.diagnosis.data.tables import Array
+from master.diagnosis.numerics.arrays import Array
 from master.diagnosis.numerics.gains import ERRORS, SMALLEST_GAIN, Gain
 from master.diagnosis.numerics.least_squares import Fit
 

@@ -15,7 +15,7 @@ from collections.abc import Mapping
 import numpy as np
 from scipy.signal import fftconvolve
 
-from master.diagnosis.data.tables import Array
+from master.diagnosis.numerics.arrays import Array
 from master.diagnosis.replay.candidate_models import Added
 
 from .study import Study, merged

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fmu_sources.effects.framework.common import NEVER
-from master.diagnosis.data.tables import Array
+from master.diagnosis.numerics.arrays import Array
 from master.diagnosis.numerics.least_squares import STEP, Fit, Parameter, bounded
 from master.diagnosis.numerics.periods import likely_periods
 from master.diagnosis.numerics.quanta import likely_steps

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from fmu_sources.effects.framework.effect import Rms
 from master.diagnosis.case.case import Case
 from master.diagnosis.case.cut import CutSystem, Values
-from master.diagnosis.data.tables import Array
+from master.diagnosis.numerics.arrays import Array
 from master.diagnosis.numerics.gains import Gain, over
 from master.diagnosis.numerics.least_squares import Candidate, Fit, Parameter, fit
 from master.diagnosis.replay.candidate_models import Added, Pool

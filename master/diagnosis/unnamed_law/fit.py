@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from master.diagnosis.data.tables import Array
+from master.diagnosis.numerics.arrays import Array
 from master.diagnosis.numerics.least_squares import Fit, Parameter, bounded
 from master.diagnosis.replay.slot_signals import slot_signals
 from master.diagnosis.search.injection import Injection

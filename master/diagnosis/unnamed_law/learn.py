@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fmu_sources.effects.learned import CENTRES, N_SPLINES, axes
-from master.diagnosis.data.tables import Array
+from master.diagnosis.numerics.arrays import Array
 from master.diagnosis.numerics.gains import SMALLEST_GAIN, Gain, powers
 from master.diagnosis.numerics.least_squares import Fit, bounded
 from master.diagnosis.replay.candidate_models import Added, parameters

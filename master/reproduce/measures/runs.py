@@ -15,9 +15,11 @@ from numpy.typing import NDArray
 from master.catalogue import Progress, silent
 from master.coupling.schedule import make_schedule
 from master.errors import ConfigError
-from master.experiment.experiment import Experiment, Request, prepare
+from master.experiment.experiment import Experiment
+from master.experiment.prepare import Request, prepare
 from master.fmi.values import parse
-from master.stepping.simulate import RunOptions, simulate
+from master.stepping.outcome import RunOptions
+from master.stepping.simulate import simulate
 from master.system.graph import System
 
 from .measures import MEASURES, Trace

@@ -7,7 +7,7 @@ import pytest
 
 from master.analysis.closed_loop.tick_matrix import Part
 from master.analysis.identify.history import AGES, held, systems, through_time
-from master.analysis.identify.realisation import StateSpace
+from master.analysis.state_space import StateSpace
 
 TICKS = 90
 INPUTS = 2

@@ -10,7 +10,7 @@ from scipy.linalg import expm
 
 from master.analysis.design.phase_lead import Design, dynamics_frequency
 from master.analysis.design.plant import CONFIGURED, STEP_SIZE, fit, judge
-from master.analysis.identify.realisation import StateSpace
+from master.analysis.state_space import StateSpace
 
 
 def held_plant(form, ticks):

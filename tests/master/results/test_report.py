@@ -4,8 +4,9 @@ from dataclasses import replace
 import pytest
 
 from master.evaluation.report import save_run, summary_lines
-from master.experiment.experiment import prepare
+from master.experiment.prepare import prepare
 from master.stepping import simulate
+from master.stepping.outcome import RunOptions
 
 TEXT = """\
 name: test
@@ -27,7 +28,7 @@ def saved(bay):
         for old, new in replaced:
             text = text.replace(old, new)
         experiment = prepare(bay.write(text))
-        options = simulate.RunOptions(limits=experiment.limits)
+        options = RunOptions(limits=experiment.limits)
         outcome = simulate.simulate(
             experiment.system, experiment.schedule, experiment.grid, options=options, compiled=False
         )

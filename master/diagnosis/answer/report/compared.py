@@ -10,7 +10,7 @@ from matplotlib.ticker import MaxNLocator
 
 from master.diagnosis.answer.before_after import SealedPart
 from master.diagnosis.case.cut import CutSystem
-from master.diagnosis.data.tables import Array
+from master.diagnosis.numerics.arrays import Array
 
 from .drawing import AFTER, BEFORE, MEASURED, draw, label, legend, new_figure, unit_of
 

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 
 from fmu_sources.effects.framework.roles import roles
 from master.diagnosis.case.cut import CutSystem
-from master.diagnosis.data.tables import Array
+from master.diagnosis.numerics.arrays import Array
 
 MOST_BINS = 2000
 MEASURED, BEFORE, AFTER = "measured", "before", "after"

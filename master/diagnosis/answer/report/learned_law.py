@@ -12,8 +12,8 @@ from matplotlib.ticker import MaxNLocator
 from fmu_sources.effects.framework.effect import Effect
 from fmu_sources.effects.framework.roles import Signals
 from fmu_sources.framework.arithmetic import PYTHON
-from master.diagnosis.data.tables import Array
 from master.diagnosis.judge.part_result import PartResult
+from master.diagnosis.numerics.arrays import Array
 from master.diagnosis.replay.slot_signals import ARRAYS
 
 from .drawing import new_figure, role_label

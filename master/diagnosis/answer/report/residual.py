@@ -9,9 +9,9 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from scipy.signal import welch
 
-from master.diagnosis.data.tables import Array
 from master.diagnosis.judge.evidence import worst_output
 from master.diagnosis.judge.part_result import PartResult
+from master.diagnosis.numerics.arrays import Array
 
 from .drawing import AFTER, BEFORE, COLOURS, draw, legend, new_figure, role_label, unit_of
 
