@@ -63,29 +63,45 @@ def step_through(system: RandomSystem, archives: dict[str, Path], folder: Path) 
             for name in v.names:
                 if name in given:
                     slaves[fmu.name].set(v, given[name])
-    lines: dict[int, deque[Values]] = {}
-    for i, wire in enumerate(system.wires):
-        first = _converted(system, i, slaves)
-        slaves[wire.target.name].set(wire.input, first)
-        lines[i] = deque([first] * wire.delay)
+    lines = _connect(system, slaves)
     for slave in slaves.values():
         slave.fmu.exitInitializationMode()
     rows: dict[str, list[float]] = {}
     _record(system, slaves, rows)
     for k in range(N_STEPS):
         for group in system.order:
-            for name in group:
-                for i, wire in enumerate(system.wires):
-                    if wire.target.name == name:
-                        lines[i].append(_converted(system, i, slaves))
-                        slaves[name].set(wire.input, lines[i].popleft())
-            for name in group:
-                slaves[name].fmu.doStep(currentCommunicationPoint=k * H, communicationStepSize=H)
+            _step_group(system, slaves, lines, group, k * H)
         _record(system, slaves, rows)
     for slave in slaves.values():
         slave.fmu.terminate()
         slave.fmu.freeInstance()
     return rows
+
+
+def _connect(system: RandomSystem, slaves: dict[str, Slave]) -> list[deque[Values]]:
+    """Hand the first outputs on; the delay line of each wire is filled with them."""
+    lines = []
+    for i, wire in enumerate(system.wires):
+        first = _converted(system, i, slaves)
+        slaves[wire.target.name].set(wire.input, first)
+        lines.append(deque([first] * wire.delay))
+    return lines
+
+
+def _step_group(
+    system: RandomSystem,
+    slaves: dict[str, Slave],
+    lines: list[deque[Values]],
+    group: tuple[str, ...],
+    t: float,
+) -> None:
+    """Set the inputs of all members, then step them."""
+    for i, wire in enumerate(system.wires):
+        if wire.target.name in group:
+            lines[i].append(_converted(system, i, slaves))
+            slaves[wire.target.name].set(wire.input, lines[i].popleft())
+    for name in group:
+        slaves[name].fmu.doStep(currentCommunicationPoint=t, communicationStepSize=H)
 
 
 def _converted(system: RandomSystem, i: int, slaves: dict[str, Slave]) -> Values:

@@ -18,12 +18,11 @@ FLOATS = {"2.0": ("Real",), "3.0": ("Float64", "Float64", "Float32")}
 KINDS = {
     "2.0": ("Real", "Real", "Real", "Integer", "Boolean", "Enumeration"),
     "3.0": (
-        "Float64", "Float64", "Float64", "Float32", "Int8", "UInt8", "Int16", "UInt16", "Int32", "UInt32", "Int64",
-        "UInt64", "Boolean", "Enumeration",
+        "Float64", "Float64", "Float64", "Float32", "Int8", "UInt8", "Int16", "UInt16", "Int32", "UInt32",
+        "Int64", "UInt64", "Boolean", "Enumeration",
     ),
 }  # fmt: skip
-CHARACTERS = ["a", "b", "Z", "_", "0", "7", " ", ".", "[", "]", "(", ")", "'", '"', "<", "&", "#", "$", "{", "%",
-              "é", "π", "度", "/", "\\", "-", "+", ",", ";", ":", "=", "|", "~", "^", "?", "!"]  # fmt: skip
+CHARACTERS = [*"abZ_07 .[]()'\"<&#${%éπ度/\\-+,;:=|~^?!"]
 
 # unit: (quantity, factor, offset) to the SI unit
 UNITS = {
@@ -202,11 +201,11 @@ def _given(rng: Random, fmu: Fmu, wired: set[tuple[str, int, str]]) -> dict[str,
 def layout(fmu: Fmu) -> str:
     """Lines that the mixer reads."""
     kinds = {"Enumeration": "Int64"} if fmu.version == "3.0" else {}
-    lines = (
-        f"{kinds.get(v.kind, v.kind)} {v.reference} {v.n} {v.role} {v.weight!r} {' '.join(map(repr, v.start))}"
-        for v in fmu.variables
-    )
-    return "\n".join(lines) + "\n"
+    lines = []
+    for v in fmu.variables:
+        start = " ".join(map(repr, v.start))
+        lines.append(f"{kinds.get(v.kind, v.kind)} {v.reference} {v.n} {v.role} {v.weight!r} {start}\n")
+    return "".join(lines)
 
 
 def text(kind: str, value: float) -> str:
@@ -230,11 +229,12 @@ def describe(fmu: Fmu) -> str:
 
 def _units(fmu: Fmu) -> str:
     used = sorted({v.unit for v in fmu.variables} - {""})
-    units = "".join(
-        f'<Unit name="{u}"><BaseUnit {BASE[UNITS[u][0]]} factor="{UNITS[u][1]!r}" offset="{UNITS[u][2]!r}"/></Unit>'
-        for u in used
-    )
-    return f"<UnitDefinitions>{units}</UnitDefinitions>" if units else ""
+    units = []
+    for unit in used:
+        quantity, factor, offset = UNITS[unit]
+        base = f'<BaseUnit {BASE[quantity]} factor="{factor!r}" offset="{offset!r}"/>'
+        units.append(f'<Unit name="{unit}">{base}</Unit>')
+    return f"<UnitDefinitions>{''.join(units)}</UnitDefinitions>" if units else ""
 
 
 def _types(fmu: Fmu) -> list[str]:
