@@ -58,7 +58,11 @@ def modules(name: str) -> tuple[Path, ...]:
 
 
 def source_files(*modules: Path) -> list[Path]:
-    """List modules of this package with all that they import from the package, sorted by path."""
+    """
+    List modules of this package with all that they import from the package, sorted by path.
+
+    One that imports a folder by its name finds the modules in it at run time: all of them belong to it.
+    """
     found: set[Path] = set()
     waiting = list(modules)
     while waiting:
@@ -81,6 +85,7 @@ def _imported(path: Path) -> tuple[Path, ...]:
     for node in ast.walk(tree):
         if isinstance(node, ast.ImportFrom) and node.level:
             folder = path.parents[node.level - 1].joinpath(*(node.module or "").split("."))
-            candidates = [folder, *(folder / alias.name for alias in node.names)]
-            found += [c.with_suffix(".py") for c in candidates if c.with_suffix(".py").is_file()]
+            named = [folder / alias.name for alias in node.names]
+            found += [c.with_suffix(".py") for c in (folder, *named) if c.with_suffix(".py").is_file()]
+            found += [module for c in named if c.is_dir() for module in sorted(c.glob("*.py"))]
     return tuple(found)
