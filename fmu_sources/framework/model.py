@@ -89,7 +89,12 @@ def no_effect(name: str, value: Any, **signals: Any) -> Any:
 
 
 class Model:
-    """Base of every model; a subclass declares the class attributes and overrides the equations it has."""
+    """
+    Base of every model; a subclass declares the class attributes and overrides the equations it has.
+
+    `substep` [s] is the longest step of the integration. `accuracy` is the largest error of the outputs with
+    it, relative to the largest value of each; None where it is that of the arithmetic or of slow equations.
+    """
 
     name: ClassVar[str]
     description: ClassVar[str]
@@ -101,6 +106,7 @@ class Model:
     sample_time: ClassVar[str | None] = None
     input_hold: ClassVar[str | None] = None
     substep: ClassVar[float] = 0.2e-3
+    accuracy: ClassVar[float | None] = None
 
     def initial(self, x: Any, u: Any, p: Any, m: Arithmetic) -> Values:
         """States that follow from inputs and parameters at the start; the others keep their start value."""
