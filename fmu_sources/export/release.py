@@ -7,9 +7,10 @@ from pathlib import Path
 
 from ..composed.registry import is_released, load, model_files
 from ..framework.model import Model
-from .build import FMU_FOLDER, release_path, write
+from .build import FMU_FOLDER, release_path
 from .manifest import NAME, Entry, manifest, read_manifest
 from .native_flavour import content_digest, native_sources, pack_native, release_binaries, source_stamp
+from .whole_file import write_whole
 
 _VERSIONS = {"native": "2.0", "fmi3": "3.0"}
 
@@ -44,8 +45,8 @@ def _entry(model: Model, file: Path, recorded: Entry | None) -> Entry:
 def write_release(files: dict[Path, bytes], entries: dict[str, Entry], folder: Path = FMU_FOLDER) -> None:
     """Put a release in its place, with its manifest."""
     for path, content in files.items():
-        write(path, content)
-    write(folder / NAME, manifest(files, entries, folder))
+        write_whole(path, content)
+    write_whole(folder / NAME, manifest(files, entries, folder))
 
 
 def differences(files: dict[Path, bytes], entries: dict[str, Entry], folder: Path = FMU_FOLDER) -> list[Path]:
