@@ -32,7 +32,7 @@ from ..framework.variables import declare
 from .contact_force import correction
 from .difference import attributes, process_parameters, weight
 from .force_lead import lead
-from .identification import identified, prior_gain
+from .identification import LEARNING, LINEAR, identified, prior_gain
 from .identifiers.framework.recursion import diagonal
 from .phase_lead import command, design
 from .ports import INPUTS, MEMORY, OUTPUTS, PARAMETERS, PROCESS, SWITCHES
@@ -72,6 +72,8 @@ class Compensator(Model):
     delays = (
         Delay(input="f_mea", kind="lag", seconds="fmdc_filter", reason="filter pole of the force lead"),
     )
+    linear = LINEAR
+    learning = LEARNING
     sample_time = "sample_time"
 
     def initial(self, x: Any, u: Any, p: Any, m: Arithmetic) -> Values:

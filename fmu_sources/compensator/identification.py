@@ -15,10 +15,22 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from ..framework.arithmetic import Arithmetic
+from ..framework.model import Learning, Linear
 from .identifiers.framework import recursion
 from .identifiers.framework.catalogue import listed
 from .identifiers.framework.identifier import Identifier, Measurement, Vector
 from .tuning import Tuning, low_pass, prefilter_share, tuning
+
+LINEAR = tuple(
+    Linear(
+        "identifier",
+        one.name,
+        "identification is not linear: its process parameters are the assumed ones",
+    )
+    for one in listed()
+    if one.held_by is None
+)
+LEARNING = tuple(Learning("identifier", one.name, one.held_by) for one in listed() if one.held_by)
 
 
 class Identified(NamedTuple):

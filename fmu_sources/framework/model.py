@@ -75,6 +75,28 @@ class Delay:
 
 
 @dataclass(frozen=True)
+class Linear:
+    """
+    A parameter's value with which the model is linear and constant in time, for an analysis.
+
+    `value` is a number or an item of a choice; `reason` says what the analysis then leaves out.
+    """
+
+    parameter: str
+    value: float | str
+    reason: str
+
+
+@dataclass(frozen=True)
+class Learning:
+    """With the item of the choice `by` the model learns as it runs, until the Boolean `held_by` is set."""
+
+    by: str
+    item: str
+    held_by: str
+
+
+@dataclass(frozen=True)
 class Fault:
     """What ends a run: the variable whose value shows it, what is wrong, what is expected of the value."""
 
@@ -101,6 +123,8 @@ class Model:
     variables: ClassVar[tuple[Variable, ...]]
     slots: ClassVar[tuple[Slot, ...]] = ()
     delays: ClassVar[tuple[Delay, ...]] = ()
+    linear: ClassVar[tuple[Linear, ...]] = ()
+    learning: ClassVar[tuple[Learning, ...]] = ()
     terminals: ClassVar[tuple[Terminal, ...]] = ()
     fault_texts: ClassVar[tuple[Fault, ...]] = ()
     sample_time: ClassVar[str | None] = None
