@@ -21,7 +21,7 @@ def silent(text: str) -> None:
 
 def is_path(source: str) -> bool:
     """Whether a source names a file rather than a model."""
-    return source.endswith(".fmu") or "/" in source or "\\" in source
+    return source.lower().endswith(".fmu") or "/" in source or "\\" in source
 
 
 def locate(source: str, folder: Path, flavour: str) -> Path | build.Target:
@@ -33,7 +33,7 @@ def locate(source: str, folder: Path, flavour: str) -> Path | build.Target:
     """
     if is_path(source):
         path = folder / source
-        if not path.is_file():
+        if not (path.is_file() or (path / "modelDescription.xml").is_file()):
             raise ConfigError([f"no such file, got {source!r}, expected an FMU at {path}"])
         return path
     try:

@@ -8,6 +8,7 @@ from typing import Any
 import click
 
 from master.experiment.prepare import Request, prepare
+from master.fmi.unpacked import require_runnable
 
 from .common import CONFIG, FLAVOUR, JSON, SET, VARIANT, answers_errors, print_json, show_building
 
@@ -22,6 +23,7 @@ from .common import CONFIG, FLAVOUR, JSON, SET, VARIANT, answers_errors, print_j
 def check(config: Path, as_json: bool, **options: Any) -> None:
     """Validate CONFIG: every fault at once, or one line that says what is in it."""
     experiment = prepare(config, Request(**options), show_building)
+    require_runnable(i.description for i in experiment.system.instances.values())
     counts = {
         "fmus": len(experiment.system.instances),
         "connections": len(experiment.system.wires),

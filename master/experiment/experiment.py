@@ -7,12 +7,14 @@ from dataclasses import dataclass, field
 from master.coupling.algebraic import algebraic_loops
 from master.coupling.ledger import Ledger, make_ledger
 from master.coupling.schedule import Schedule
+from master.fmi.values import start_notes
 from master.system.config import Config
 from master.system.graph import System
 from master.system.grid import Grid
 from master.system.scenario import Scenario
 
 DIVERGENCE_FACTOR = 100.0
+_MOST_NOTES = 20  # about the start values of one FMU
 
 
 @dataclass(frozen=True)
@@ -37,9 +39,20 @@ class Experiment:
 
     @property
     def notes(self) -> list[str]:
-        """What a user should know before a run: the algebraic loops that the order does not solve."""
-        found = algebraic_loops(self.system, self.schedule)
-        return [f"algebraic loop {loop.explain()}" for loop in found if not loop.is_solved]
+        """
+        What a user should know before a run.
+
+        These are the algebraic loops that the order does not solve, and start values of the FMUs themselves
+        that break their own rules.
+        """
+        loops = algebraic_loops(self.system, self.schedule)
+        notes = [f"algebraic loop {loop.explain()}" for loop in loops if not loop.is_solved]
+        for name, instance in self.system.instances.items():
+            found = start_notes(instance.description, instance.start)
+            notes += [f"{name}.{note}" for note in found[:_MOST_NOTES]]
+            if len(found) > _MOST_NOTES:
+                notes.append(f"{name}: {len(found) - _MOST_NOTES} more start values of this kind")
+        return notes
 
     @property
     def limits(self) -> dict[str, float]:

@@ -18,7 +18,7 @@ from master.errors import ConfigError, expected
 from master.experiment.experiment import Experiment
 from master.fmi.description import Description, read_description
 from master.ssp.reader import read_ssp
-from master.system.config import LoadedConfig, Value, load_config, with_stop_time
+from master.system.config import LoadedConfig, Setting, load_config, with_stop_time
 from master.system.graph import build_system
 from master.system.scenario import make_scenario
 from master.text.yaml_lines import parse_value
@@ -74,8 +74,8 @@ def _load(path: Path) -> LoadedConfig:
     return read_ssp(path, folder)
 
 
-def _overrides(loaded: LoadedConfig, request: Request) -> dict[str, tuple[str, Value]]:
-    found: dict[str, tuple[str, Value]] = {}
+def _overrides(loaded: LoadedConfig, request: Request) -> dict[str, tuple[str, Setting]]:
+    found: dict[str, tuple[str, Setting]] = {}
     if request.variant is not None:
         for fmu, values in _variant(loaded, request.variant).items():
             for key, value in values.items():
@@ -85,7 +85,7 @@ def _overrides(loaded: LoadedConfig, request: Request) -> dict[str, tuple[str, V
     for assignment in request.assignments:
         signal, equals, text = assignment.partition("=")
         given = _value(text) if equals else None
-        if "." in signal and isinstance(given, bool | int | float | str):
+        if "." in signal and isinstance(given, bool | int | float | str | list):
             found[signal] = (f"--set {signal}", given)
         else:
             problems.append(f"--set: not an assignment, got {assignment!r}, expected fmu.parameter=value")
@@ -101,7 +101,7 @@ def _value(text: str) -> Any:
         return None
 
 
-def _variant(loaded: LoadedConfig, name: str) -> Mapping[str, Mapping[str, Value]]:
+def _variant(loaded: LoadedConfig, name: str) -> Mapping[str, Mapping[str, Setting]]:
     variants = loaded.config.variants
     if name not in variants:
         raise ConfigError([f"--variant: no such variant, got {name!r}, {expected(name, variants)}"])

@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import ctypes
 import logging
-import tempfile
-import zipfile
+import math
 from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 from master.errors import FmuError
 
 from . import unpacked
 from .description import Description, Kind, Variable
-from .value_types import RANGES
+from .value_types import LONG, RANGES, TYPE_RANGES
+from .values import shown
 
 STATUS = ("ok", "warning", "discard", "error", "fatal", "pending")
 
@@ -29,10 +28,7 @@ class FmuSlave:
         self._messages: list[str] = []
         self._ends_with_error = False
         self._is_initialised = False
-        try:
-            self._folder = unpacked.acquire(description, unpack)
-        except (OSError, zipfile.BadZipFile) as error:
-            raise FmuError(name, f"{description.path}: cannot be unpacked: {error}") from None
+        self._folder = unpacked.acquire(description, unpacked.unpack)
         try:
             self._fmu: Any = self._instantiate()
         except Exception as error:  # FMPy and the loader raise bare exceptions
@@ -55,19 +51,24 @@ class FmuSlave:
 
     def _taken(self, variable: Variable, value: float | str) -> Any:
         """Turn a double, or a text, into what FMPy's setter takes; FmuError if the type does not hold it."""
-        if variable.kind is not Kind.INTEGER:
-            return {Kind.REAL: float, Kind.BOOLEAN: bool, Kind.STRING: str}[variable.kind](value)
-        least, largest = RANGES[variable.value_type]
-        if not least <= float(value) <= largest:
-            problem = f"value does not fit, got {value}, expected from {least:g} to {largest:g}"
+        if variable.kind in (Kind.BOOLEAN, Kind.STRING):
+            return bool(value) if variable.kind is Kind.BOOLEAN else str(value)
+        number = value if isinstance(value, int) else float(value)
+        ranges = TYPE_RANGES if isinstance(number, int) or variable.kind is Kind.REAL else RANGES
+        least, largest = ranges.get(variable.value_type, (-math.inf, math.inf))
+        is_free = variable.kind is Kind.REAL and not math.isfinite(number)
+        if not (is_free or least <= number <= largest):
+            problem = (
+                f"value does not fit, got {shown(number)}, expected from {shown(least)} to {shown(largest)}"
+            )
             raise FmuError(self.name, f"{variable.name}: {problem}")
-        return round(float(value))
+        return number if variable.kind is Kind.REAL else round(number)
 
     def get(self, variables: Sequence[Variable]) -> list[float]:
         found = []
         for variable in variables:
             [value] = self._call(self._getter(variable), [variable.reference])
-            found.append(float(value))
+            found.append(read_number(variable, value))
         return found
 
     def set_start_values(self, start: Mapping[str, float | str]) -> None:
@@ -118,15 +119,9 @@ class FmuSlave:
         self._ends_with_error = status >= STATUS.index("error")
 
 
-def unpack(path: Path) -> str:
-    """Unpack what an FMU needs to run here into a new folder: its resources and this platform's binary."""
-    from fmpy import platform, platform_tuple
-
-    folder = tempfile.mkdtemp(prefix="dockloop-")
-    wanted = ("modelDescription.xml", "resources/", f"binaries/{platform}/", f"binaries/{platform_tuple}/")
-    with zipfile.ZipFile(path) as archive:
-        archive.extractall(folder, [m for m in archive.namelist() if m.startswith(wanted)])
-    return folder
+def read_number(variable: Variable, value: Any) -> float:
+    """Turn what FMPy read into a double; an integer of 64 bits stays one, with all of its digits."""
+    return int(value) if variable.value_type in LONG and variable.kind is Kind.INTEGER else float(value)
 
 
 def address(function: Any) -> int:

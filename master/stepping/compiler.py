@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from master.coupling.schedule import Iteration, Schedule
-from master.fmi.arrays import completed
 from master.fmi.description import Kind, Variable
 from master.fmi.slave import Slave
 from master.stepping.machine.program import (
@@ -53,7 +52,7 @@ class _Translator:
     def __init__(
         self, system: System, schedule: Schedule, slaves: Mapping[str, Slave], channels: Channels
     ) -> None:
-        self.system, self.schedule, self.channels = system, schedule, channels
+        self.system, self.schedule, self.slaves, self.channels = system, schedule, slaves, channels
         self.names = list(system.instances)
         self.interfaces = {name: slaves[name].interface() for name in self.names}
         self.operations: list[list[int]] = []
@@ -67,7 +66,9 @@ class _Translator:
         self.loop_wires: list[str] = []
         self.channel_of: dict[str, int] = {}
         self.n_cells = 0
+        self.n_places = 0
         self.place: dict[str, int] = {}
+        self.inputs_of: dict[str, Sequence[Variable]] = {}
         self.inputs: dict[str, tuple[int, int]] = {}
         self.outputs: dict[str, tuple[int, int]] = {}
 
@@ -109,12 +110,13 @@ class _Translator:
         return [*called, *self.inputs[name], *self.outputs[name]]
 
     def _start_values(self) -> NDArray[np.float64]:
-        """Elements of an array that no wire sets keep their start value."""
-        values = np.zeros(len(self.place))
-        for name, instance in self.system.instances.items():
-            for v in instance.description.variables:
-                if v.element is not None and v.causality == "input" and f"{name}.{v.name}" in self.place:
-                    values[self.place[f"{name}.{v.name}"]] = float(instance.value_of(v.name) or 0.0)
+        """Elements of an array that no wire sets keep the value that the FMU has after initialisation."""
+        values = np.zeros(self.n_places)
+        for name in self.names:
+            wired = {w.target.variable.name for w in self.system.wires_into(name)}
+            kept = [v for v in self.inputs_of[name] if v.name not in wired]
+            for v, value in zip(kept, self.slaves[name].get(kept) if kept else (), strict=True):
+                values[self.place[Port(name, v).name]] = value
         return values
 
     def _allocate(self) -> None:
@@ -124,28 +126,37 @@ class _Translator:
             self.outputs[name] = self._blocks(name, outputs, self.interfaces[name].getters)
         for name in self.names:
             inputs = [w.target.variable for w in self.system.wires_into(name)]
-            self.inputs[name] = self._blocks(name, inputs, self.interfaces[name].setters)
+            self.inputs_of[name] = _completed(inputs, self.system.instances[name].description.arrays)
+            self.inputs[name] = self._blocks(name, self.inputs_of[name], self.interfaces[name].setters)
 
     def _blocks(self, instance: str, variables: Sequence[Variable], functions: Functions) -> tuple[int, int]:
         """One block for the scalars of each type and one for each array; the first and the one behind."""
-        whole = completed(variables, self.system.instances[instance].description.variables)
-        groups: dict[tuple[Kind, int, int | None], list[Variable]] = {}
-        for v in whole:
-            array = None if v.element is None else v.reference
-            groups.setdefault((v.kind, v.value_type, array), []).append(v)
+        groups: dict[tuple[Kind, int, str | None], list[Variable]] = {}
+        for v in variables:
+            groups.setdefault((v.kind, v.value_type, v.array), []).append(v)
         first = len(self.blocks)
         for (kind, value_type, _), chosen in groups.items():
             self._block(instance, functions[kind, value_type], chosen)
         return first, len(self.blocks)
 
     def _block(self, instance: str, function: int, chosen: Sequence[Variable]) -> None:
-        references = np.array(list(dict.fromkeys(v.reference for v in chosen)), dtype=np.uint32)
+        """Lay out a block: an array whole, or scalars, of which those that share a value share a place."""
+        if chosen[0].array is None:
+            shared = list(dict.fromkeys(v.reference for v in chosen))
+            offset_of = {reference: i for i, reference in enumerate(shared)}
+            offsets = [offset_of[v.reference] for v in chosen]
+            n_values = len(shared)
+        else:
+            shared = [chosen[0].reference]
+            offsets = list(range(len(chosen)))
+            n_values = len(chosen)
+        references = np.array(shared, dtype=np.uint32)
         self.references.append(references)
-        counts = [len(references), len(chosen)]
-        place = len(self.place)
-        self.blocks.append([function, references.ctypes.data, *counts, chosen[0].value_type, place])
-        for v in chosen:
-            self.place[Port(instance, v).name] = len(self.place)
+        counts = [len(references), n_values]
+        self.blocks.append([function, references.ctypes.data, *counts, chosen[0].value_type, self.n_places])
+        for v, offset in zip(chosen, offsets, strict=True):
+            self.place[Port(instance, v).name] = self.n_places + offset
+        self.n_places += n_values
 
     def _side_by_side(self, group: Sequence[str]) -> None:
         for name in group:
@@ -159,7 +170,7 @@ class _Translator:
         inner = [w for name in group for w in self.system.wires_into(name) if _is_inner(w, group)]
         for name in group:
             for wire in self.system.wires_into(name):
-                if wire not in inner:
+                if not _is_inner(wire, group):
                     self._transfer(wire)
         every = self.schedule.every[group[0]]
         for name in group:
@@ -203,11 +214,13 @@ class _Translator:
     def _taken(self, wire: Wire) -> int:
         """Where a wire's value stands before its channel changes it: by it an iteration is judged."""
         name = wire.target.name
-        return (
-            self.place.setdefault(f"{name} before its channel", len(self.place))
-            if name in self.channels
-            else self.place[name]
-        )
+        if name not in self.channels:
+            return self.place[name]
+        before = f"{name} before its channel"
+        if before not in self.place:
+            self.place[before] = self.n_places
+            self.n_places += 1
+        return self.place[before]
 
     def _copy(self, every: int, source: int, target: int, conversion: int) -> None:
         """Copies that follow each other at the same ticks are one operation."""
@@ -241,6 +254,12 @@ class _Translator:
 
     def _add(self, code: int, every: int, *arguments: int) -> None:
         self.operations.append([code, every, *arguments, *[0] * (4 - len(arguments))])
+
+
+def _completed(variables: Sequence[Variable], arrays: Mapping[str, Sequence[Variable]]) -> list[Variable]:
+    """Complete the arrays of which a list has elements, in the order of the array."""
+    named = dict.fromkeys(v.array for v in variables if v.array is not None)
+    return [v for v in variables if v.array is None] + [v for name in named for v in arrays[name]]
 
 
 def _is_inner(wire: Wire, group: Sequence[str]) -> bool:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from master.coupling.schedule import Schedule
 from master.errors import FmuError
+from master.fmi.description import Variable
 from master.fmi.slave import Slave
 from master.system.graph import System, Wire
 
@@ -43,14 +44,45 @@ def _pull(
     system: System, schedule: Schedule, slaves: Mapping[str, Slave], name: str, sent: dict[str, float]
 ) -> list[Wire]:
     """Set the inputs of one slave to its sources' present values; give the wires whose value changed."""
-    moved = []
+    own: list[Wire] = []
+    others: list[Wire] = []
     for wire in system.wires_into(name):
-        [value] = slaves[wire.source.instance].get([wire.source.variable])
-        value = wire.conversion.factor * value + wire.conversion.offset
+        (own if wire.source.instance == name else others).append(wire)
+    # what an FMU sends itself may change with each input; what others send does not
+    return [w for wires in (others, *([wire] for wire in own)) for w in _send(schedule, slaves, wires, sent)]
+
+
+def _send(
+    schedule: Schedule, slaves: Mapping[str, Slave], wires: Sequence[Wire], sent: dict[str, float]
+) -> list[Wire]:
+    """Set the inputs of one slave at the end of some wires; return the wires whose value changed."""
+    moved: list[Wire] = []
+    targets: list[Variable] = []
+    values: list[float] = []
+    for wire, taken in zip(wires, _read(slaves, wires), strict=True):
+        value = (
+            taken if wire.conversion.is_identity else wire.conversion.factor * taken + wire.conversion.offset
+        )
         before = sent.get(wire.target.name)
         if value != before:
-            slaves[name].set([wire.target.variable], [value])
+            targets.append(wire.target.variable)
+            values.append(value)
             sent[wire.target.name] = value
             if before is None or abs(value - before) > schedule.tolerance_of(wire):
                 moved.append(wire)
+    if targets:
+        slaves[wires[0].target.instance].set(targets, values)
     return moved
+
+
+def _read(slaves: Mapping[str, Slave], wires: Sequence[Wire]) -> list[float]:
+    """Present values at the sources of wires, read from each slave at once."""
+    sources: dict[str, list[int]] = {}
+    for i, wire in enumerate(wires):
+        sources.setdefault(wire.source.instance, []).append(i)
+    found = [0.0] * len(wires)
+    for instance, places in sources.items():
+        got = slaves[instance].get([wires[i].source.variable for i in places])
+        for i, value in zip(places, got, strict=True):
+            found[i] = value
+    return found

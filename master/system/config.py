@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal
 from pydantic import (
     AfterValidator,
     BaseModel,
+    BeforeValidator,
     ConfigDict,
     Discriminator,
     Field,
@@ -26,7 +27,7 @@ MOST_DELAY = 10**7  # ticks; each older value is kept in memory
 MOST_TICKS = 2**53  # beyond it a double does not tell one tick from the next
 
 Value = bool | int | float | str
-ParameterValues = dict[str, Value]
+Setting = Value | list[Any]  # of an array: one value for all of its elements, or a list, nested or flat
 
 
 def finite(value: float) -> float:
@@ -49,6 +50,17 @@ def _name(text: str) -> str:
     return text
 
 
+def _setting(given: Any) -> Any:
+    """Take values as they are: a list of strings and numbers keeps the types of its parts."""
+    for value in given if isinstance(given, list) else [given]:
+        if isinstance(value, list):
+            _setting(value)
+        elif not isinstance(value, bool | int | float | str):
+            raise ValueError("not a number, a Boolean, a text or a list of these")
+    return given
+
+
+ParameterValues = dict[str, Annotated[Setting, BeforeValidator(_setting)]]
 Name = Annotated[str, AfterValidator(_name)]
 Signal = Annotated[str, AfterValidator(_signal)]
 Finite = Annotated[float, AfterValidator(finite)]

@@ -4,18 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 from master.errors import ConfigError, expected
 from master.fmi.description import Description, Kind, Variable
 from master.fmi.units import Conversion, conversion
-from master.fmi.values import parse, settable
+from master.fmi.values import settable
 
-from .config import Connection, LoadedConfig, Value
+from .config import Connection, LoadedConfig, Setting
 
 
 @dataclass(frozen=True)
 class Instance:
-    """One FMU of the system with the values it starts from."""
+    """One FMU of the system with the values it starts from, by the names of primary variables."""
 
     name: str
     description: Description
@@ -24,12 +25,10 @@ class Instance:
 
     def value_of(self, name: str) -> float | str | None:
         """Value of a parameter or start value: the configured one or the FMU's own."""
-        if name in self.start:
-            return self.start[name]
-        variable = self.description.by_name.get(name)
-        if variable is None or variable.start is None:
+        if name not in self.description.by_name:
             return None
-        return parse(variable, variable.start)
+        variable = self.description.primary(name)
+        return self.start.get(variable.name, variable.start_value)
 
 
 @dataclass(frozen=True)
@@ -48,7 +47,7 @@ class Port:
 @dataclass(frozen=True)
 class Wire:
     """
-    A connection between two ports that fit.
+    A connection between two ports that fit; the target is a primary variable.
 
     `delay` is in steps beyond what the order gives, `extrapolation` an order (0: hold), `tolerance`
     relative to the target's nominal value where the wire is iterated (None: that of the group).
@@ -69,18 +68,32 @@ class System:
     instances: Mapping[str, Instance]
     wires: tuple[Wire, ...]
 
+    @cached_property
+    def _into(self) -> dict[str, list[Wire]]:
+        found: dict[str, list[Wire]] = {name: [] for name in self.instances}
+        for wire in self.wires:
+            found[wire.target.instance].append(wire)
+        return found
+
     def wires_into(self, instance: str) -> list[Wire]:
         """Wires that end at an instance."""
-        return [w for w in self.wires if w.target.instance == instance]
+        return self._into[instance]
 
     def port(self, signal: str) -> Port:
         """Find `instance.variable`; KeyError if there is none."""
         instance, _, variable = signal.partition(".")
         return Port(instance, self.instances[instance].description.by_name[variable])
 
+    def primary(self, signal: str) -> Port:
+        """Find the primary variable of those that share a value with `instance.variable`, as `port` does."""
+        instance, _, variable = signal.partition(".")
+        return Port(instance, self.instances[instance].description.primary(variable))
+
 
 def build_system(
-    loaded: LoadedConfig, descriptions: Mapping[str, Description], overrides: Mapping[str, tuple[str, Value]]
+    loaded: LoadedConfig,
+    descriptions: Mapping[str, Description],
+    overrides: Mapping[str, tuple[str, Setting]],
 ) -> System:
     """
     Join a configuration and the descriptions of its FMUs.
@@ -114,14 +127,24 @@ def _start(
     loaded: LoadedConfig, name: str, d: Description, connected: set[str], problems: list[str]
 ) -> dict[str, float | str]:
     entry = loaded.config.fmus[name]
+    sections = {"parameters": entry.parameters, "start": entry.start}
+    given = [(section, key, value) for section, part in sections.items() for key, value in part.items()]
     values: dict[str, float | str] = {}
-    for section, given in (("parameters", entry.parameters), ("start", entry.start)):
-        for key, value in given.items():
-            where = loaded.where("fmus", name, section, key)
-            try:
-                values[key] = settable(d, name, key, value, connected)
-            except ValueError as error:
-                problems.append(f"{where}: {error}")
+    named: dict[str, str] = {}
+    for section, key, value in sorted(given, key=lambda one: one[1] not in d.arrays):  # elements after wholes
+        where = loaded.where("fmus", name, section, key)
+        try:
+            found = settable(d, name, key, value, connected)
+        except ValueError as error:
+            problems.append(f"{where}: {error}")
+            continue
+        other = next((named[k] for k in found if named.get(k, key) != key and named[k] not in d.arrays), None)
+        if other is not None:
+            problems.append(
+                f"{where}: has two values, got {key!r} and {other!r}, expected one of these aliases"
+            )
+        values |= found
+        named |= dict.fromkeys(found, key)
     return values
 
 
@@ -141,7 +164,7 @@ def _variant_faults(
     return [f"{where}: {fault}" for where, fault in faults if fault is not None]
 
 
-def _override(instances: dict[str, Instance], signal: str, value: Value, connected: set[str]) -> str | None:
+def _override(instances: dict[str, Instance], signal: str, value: Setting, connected: set[str]) -> str | None:
     """Set one value over those of the file; give what is wrong with it."""
     name, _, key = signal.partition(".")
     if name not in instances:
@@ -151,7 +174,7 @@ def _override(instances: dict[str, Instance], signal: str, value: Value, connect
         parsed = settable(instance.description, name, key, value, connected)
     except ValueError as error:
         return str(error)
-    instances[name] = replace(instance, start={**instance.start, key: parsed})
+    instances[name] = replace(instance, start={**instance.start, **parsed})
     return None
 
 
@@ -161,13 +184,15 @@ def _wires(loaded: LoadedConfig, descriptions: Mapping[str, Description], proble
     for i, connection in _scalars(loaded, descriptions, problems):
         source = _port(loaded, descriptions, i, "from", connection.source, problems)
         target = _port(loaded, descriptions, i, "to", connection.target, problems)
-        if connection.target in first:
+        reached = connection.target if target is None else target.name
+        if reached in first:
+            alias = "" if reached == connection.target else f" (an alias of {reached})"
             problems.append(
-                f"{loaded.where('connections', i, 'to')}: has two sources, got {connection.target!r} "
-                f"again, expected one connection (the other is connections[{first[connection.target]}])"
+                f"{loaded.where('connections', i, 'to')}: has two sources, got {connection.target!r}{alias} "
+                f"again, expected one connection (the other is connections[{first[reached]}])"
             )
             continue
-        first[connection.target] = i
+        first[reached] = i
         if source is not None and target is not None:
             wires += _wire(loaded, i, connection, source, target, problems)
     return wires
@@ -239,7 +264,8 @@ def _port(
         problems.append(f"{loaded.where('connections', i, end)}: {fault}")
         return None
     instance, _, variable = signal.partition(".")
-    return Port(instance, descriptions[instance].by_name[variable])
+    d = descriptions[instance]
+    return Port(instance, d.by_name[variable] if end == "from" else d.primary(variable))
 
 
 def signal_fault(
@@ -250,9 +276,10 @@ def signal_fault(
     if instance not in descriptions:
         return f"no such FMU, got {instance!r}, {expected(instance, descriptions)}"
     d = descriptions[instance]
-    names = [v.name for v in d.variables if causalities is None or v.causality in causalities]
-    if variable in names:
+    found = d.by_name.get(variable)
+    if found is not None and (causalities is None or found.causality in causalities):
         return None
+    names = [v.name for v in d.variables if causalities is None or v.causality in causalities]
     if variable in d.not_exchanged:
         return f"cannot be exchanged, got {signal} ({d.not_exchanged[variable]}), {expected(variable, names)}"
     what = "variable" if causalities is None else " or ".join(causalities)

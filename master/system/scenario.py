@@ -21,7 +21,8 @@ from .config import Event, LoadedConfig, finite
 from .graph import System, signal_fault
 
 _DEEDS = ("set", "offset", "freeze", "drop", "delay", "jitter")
-_CONDITION = re.compile(r"\s*(?P<signal>[^\s<>]+)\s*(?P<sense>[<>])\s*(?P<threshold>\S+)\s*")
+# the last sign counts: a variable's name may have spaces and signs
+_CONDITION = re.compile(r"\s*(?P<signal>.*\S)\s*(?P<sense>[<>])\s*(?P<threshold>[^\s<>]+)\s*", re.DOTALL)
 
 
 @dataclass(frozen=True)
@@ -153,25 +154,32 @@ def _set_actions(event: Event, system: System) -> Iterator[Action]:
         fault = signal_fault(_descriptions(system), target, ("parameter", "input"))
         if fault is not None:
             raise ConfigError([f"set: {fault}"])
-        variable = system.port(target).variable
-        if target in connected:
+        port = system.primary(target)
+        variable = port.variable
+        if port.name in connected:
             raise ConfigError([f"set: {target} is connected, expected offset, freeze or drop for it"])
         if variable.kind is Kind.STRING:
             raise ConfigError([f"set: {target} is a string, expected a number or a Boolean during a run"])
         if variable.causality == "parameter" and variable.variability != "tunable":
             raise ConfigError([f"set: {target} is fixed during a run, expected a tunable parameter"])
         try:
-            yield Action(target, value=float(parse(variable, value)))
+            parsed = parse(variable, value)
         except ValueError as error:
             raise ConfigError([f"set: {target}: value not allowed, got {value!r}, {error}"]) from None
+        assert not isinstance(parsed, str)
+        yield Action(port.name, value=parsed)
 
 
 def _channel_actions(
     targets: Sequence[str], columns: Mapping[int, float], system: System
 ) -> Iterator[Action]:
-    connected = [w.target.name for w in system.wires]
+    connected = {w.target.name: None for w in system.wires}
     for target in targets:
-        if target not in connected:
-            listed = ", ".join(connected)
+        try:
+            reached = system.primary(target).name
+        except KeyError:
+            reached = target
+        if reached not in connected:
+            listed = ", ".join(list(connected)[:30]) + (", ..." if len(connected) > 30 else "")
             raise ConfigError([f"{target}: not a connected input, expected one of {listed}"])
-        yield Action(target, columns)
+        yield Action(reached, columns)

@@ -45,6 +45,9 @@ XML = """<?xml version="1.0" encoding="UTF-8"?>
 """
 
 
+U = "ModelVariables/ScalarVariable 'u'"
+
+
 def archive(folder, xml, name="modelDescription.xml"):
     path = folder / "rope.fmu"
     with zipfile.ZipFile(path, "w") as file:
@@ -135,17 +138,24 @@ def test_an_output_without_dependencies_hangs_on_all_inputs(rope):
 @pytest.mark.parametrize(
     ("old", "new", "problem"),
     [
-        ('start="1.5"', 'start="1,5"', "start value of u is not a Real, got '1,5'"),
-        ('start="true"', 'start="yes"', "start value of on is not a Boolean, got 'yes'"),
-        ('factor="0.001"', 'factor="0"', "unit mm cannot be converted, got factor 0 and offset 0"),
-        ('guid="{1}"', "", "modelIdentifier or guid (instantiationToken) is missing"),
-        ('min="0"', 'min="low"', "could not convert string to float: 'low'"),
+        ('start="1.5"', 'start="1,5"', f"{U}: start: got '1,5', expected a value of type Real"),
+        (
+            'start="true"',
+            'start="yes"',
+            "ModelVariables/ScalarVariable 'on': start: got 'yes', expected a value of type Boolean",
+        ),
+        (
+            'factor="0.001"',
+            'factor="0"',
+            "UnitDefinitions/Unit 'mm': cannot be converted, got factor 0 and offset 0, "
+            "expected finite numbers and a factor that is not zero",
+        ),
+        ('guid="{1}"', "", "fmiModelDescription: guid: missing, expected a text"),
+        ('min="0"', 'min="low"', f"{U}: min: got 'low', expected a number"),
     ],
 )
 def test_a_description_with_a_value_that_cannot_be_is_refused(tmp_path, old, new, problem):
-    assert fault(archive(tmp_path, XML.replace(old, new))) == (
-        f"rope.fmu: model description cannot be read: {problem}"
-    )
+    assert fault(archive(tmp_path, XML.replace(old, new))) == (f"rope.fmu: modelDescription.xml: {problem}")
 
 
 def test_a_missing_file_is_refused(tmp_path):
@@ -190,4 +200,7 @@ def test_an_fmu_for_model_exchange_only_is_refused(tmp_path):
 def test_a_description_that_breaks_the_standard_is_refused(tmp_path):
     path = archive(tmp_path, XML.replace('<Unknown index="3"', '<Unknown index="99"'))
 
-    assert fault(path).startswith("rope.fmu: model description cannot be read: ")
+    assert fault(path) == (
+        "rope.fmu: modelDescription.xml: ModelStructure/Outputs/Unknown number 1: index: got 99, "
+        "expected from 1 to 9, the number of variables"
+    )

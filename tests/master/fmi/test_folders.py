@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from stubs import clock
 
-from master.errors import FmuError
+from master.errors import ConfigError
 from master.fmi import unpacked
 
 
@@ -20,7 +20,7 @@ def described(tmp_path):
 def unpack(tmp_path):
     made = []
 
-    def function(path):
+    def function(description):
         made.append(tmp_path / f"unpacked{len(made)}")
         made[-1].mkdir()
         return str(made[-1])
@@ -59,5 +59,5 @@ def test_an_fmu_that_cannot_share_has_a_folder_of_its_own(described, unpack, fla
 
 
 def test_a_platform_without_binary_is_named(described):
-    with pytest.raises(FmuError, match=r"^a: no binary for this platform, got plan9, expected "):
-        unpacked.require_binary("a", described)
+    with pytest.raises(ConfigError, match=r"a\.fmu: no binary for this platform, got plan9, expected "):
+        unpacked.require_runnable([described])

@@ -45,7 +45,7 @@ def test_a_value_becomes_what_the_fmu_takes(variable, value, parsed):
         (REAL, "inf", "expected a finite number"),
         (REAL, -1, "expected at least 0"),
         (REAL, 11, "expected at most 10"),
-        (WHOLE, 1.5, "expected a whole number"),
+        (WHOLE, 1.5, "expected an integer"),
     ],
 )
 def test_a_value_that_does_not_fit_says_what_is_expected(variable, value, fault):
