@@ -19,6 +19,7 @@ from master.text.archive import Archive, ArchiveError, NotAnArchiveError
 
 from . import value_types
 from .description import DeclaredDelay, Description, Kind, Variable
+from .linearity import declared_learning, declared_linear
 from .model_elements import Faults, ModelTypes
 
 DESCRIPTION = "modelDescription.xml"
