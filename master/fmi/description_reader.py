@@ -60,12 +60,12 @@ _VARIABILITIES = {
 _INITIALS = ("exact", "approx", "calculated")
 
 
-@dataclass
+@dataclass(slots=True)
 class _Declared:
     """A variable as it is written: a whole array is one, an alias of FMI 3.0 is one of its own."""
 
     whole: Variable
-    type_name: str
+    where: str
     dimensions: Sequence[ET.Element] = ()
     starts: Sequence[str] = ()
     not_exchanged: str = ""
@@ -168,11 +168,11 @@ class DescriptionReader:
         return found
 
     def _scalar_variable(self, e: ET.Element, where: str, types: ModelTypes) -> list[_Declared]:
-        typed = next((part for part in e if part.tag in _TYPES_2), None)
+        typed = e[0] if len(e) and e[0].tag in _TYPES_2 else next((p for p in e if p.tag in _TYPES_2), None)
         if e.tag != "ScalarVariable" or typed is None:
             what = "unknown element" if e.tag != "ScalarVariable" else "no type"
             self.faults.add(where, f"{what}, expected a ScalarVariable with one of {', '.join(_TYPES_2)}")
-            return [self._nothing(e)]
+            return [self._nothing(e, where)]
         start = typed.get("start")
         starts = [] if start is None else [start]
         code = _TYPES_2[typed.tag]
@@ -181,7 +181,7 @@ class DescriptionReader:
     def _variable_3(self, e: ET.Element, where: str, types: ModelTypes) -> list[_Declared]:
         if e.tag not in _TYPES_3:
             self.faults.add(where, f"unknown element, expected one of {', '.join(_TYPES_3)}")
-            return [self._nothing(e)]
+            return [self._nothing(e, where)]
         if e.tag in ("String", "Binary"):
             starts = [part.get("value", "") for part in e.iterfind("Start")]
         else:
@@ -216,7 +216,7 @@ class DescriptionReader:
                 description=alias.get("description", declared.whole.description),
                 display_unit=alias.get("displayUnit", declared.whole.display_unit),
             )
-            yield replace(declared, whole=whole, is_ticked=False)
+            yield replace(declared, whole=whole, where=f"{where}/Alias {name!r}", is_ticked=False)
 
     def _variable(
         self,
@@ -266,7 +266,7 @@ class DescriptionReader:
             quantity=attributes.get("quantity"),
         )
         time = "the time" if causality == "independent" else ""
-        return _Declared(whole, typed.tag, starts=starts, not_exchanged=time)
+        return _Declared(whole, where, starts=starts, not_exchanged=time)
 
     def _check_starts(self, starts: list[str], kind: Kind, where: str) -> None:
         for i, word in enumerate(starts):
@@ -281,10 +281,10 @@ class DescriptionReader:
                 starts[i] = "0"
 
     @staticmethod
-    def _nothing(e: ET.Element) -> _Declared:
+    def _nothing(e: ET.Element, where: str) -> _Declared:
         """Take the place of a variable that cannot be read, so that indexes count on."""
         whole = Variable(e.get("name", ""), 0, Kind.REAL, value_types.FLOAT64, "local", "continuous")
-        return _Declared(whole, "", not_exchanged="unreadable")
+        return _Declared(whole, where, not_exchanged="unreadable")
 
     def _expand(self, declared: Iterable[_Declared]) -> None:
         """Split arrays into their elements."""
@@ -293,23 +293,22 @@ class DescriptionReader:
         for d in declared:
             if d.not_exchanged:
                 continue
-            shape = [self._length(e, d.whole, sizes) for e in d.dimensions]
+            shape = [self._length(e, d.where, sizes) for e in d.dimensions]
             n = 1
             for length in shape:
                 n *= length
-            where = f"ModelVariables/{d.type_name} {d.whole.name!r}"
             if n > _MOST_ELEMENTS:
-                self.faults.add(where, f"Dimension: got {n} elements, expected at most {_MOST_ELEMENTS}")
+                self.faults.add(d.where, f"Dimension: got {n} elements, expected at most {_MOST_ELEMENTS}")
             elif not shape:
                 d.parts = (d.whole,)
             elif len(d.starts) > n:
-                self.faults.add(where, f"start: got {len(d.starts)} values, expected {n}")
+                self.faults.add(d.where, f"start: got {len(d.starts)} values, expected {n}")
             else:
                 d.parts = tuple(_elements(d, shape))
 
-    def _length(self, e: ET.Element, of: Variable, sizes: Mapping[int, _Declared]) -> int:
+    def _length(self, e: ET.Element, of: str, sizes: Mapping[int, _Declared]) -> int:
         """Length along a dimension: fixed, or the start value of a structural parameter."""
-        where = f"ModelVariables: variable {of.name!r}: Dimension"
+        where = f"{of}/Dimension"
         if e.get("valueReference") is None:
             return self.faults.integer(e, "start", where, 0, 2**64 - 1, required=True) or 0
         reference = self.faults.integer(e, "valueReference", where, 0, _LARGEST_REFERENCE, required=True)
@@ -327,10 +326,7 @@ class DescriptionReader:
             # an array's name names all of its elements
             names = {d.whole.name, *(v.name for v in d.parts)} if d.dimensions else {d.whole.name}
             for name in sorted(names & seen):
-                self.faults.add(
-                    f"ModelVariables/{d.type_name or 'variable'} {name!r}",
-                    "the name is there twice, expected it once",
-                )
+                self.faults.add(d.where, f"name: {name!r} is there twice, expected it once")
             seen |= names
 
     def _feedthrough(

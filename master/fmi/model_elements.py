@@ -16,6 +16,7 @@ from .units import Unit
 _INTEGER = re.compile(r"[+-]?\d{1,30}")
 _NUMBER = re.compile(r"[+-]?(?:(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|inf|infinity)|nan", re.IGNORECASE)
 _TRUTHS = {"true": True, "1": True, "false": False, "0": False}
+_NO_ITEMS: Mapping[str, int] = {}
 _EXPONENTS = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
 
 
@@ -121,7 +122,11 @@ class ModelTypes:
 
     def items(self, typed: ET.Element) -> Mapping[str, int]:
         """Items of an enumeration by name."""
-        return self._items.get(typed.get("declaredType", ""), {}) if typed.tag == "Enumeration" else {}
+        return (
+            self._items.get(typed.get("declaredType", ""), _NO_ITEMS)
+            if typed.tag == "Enumeration"
+            else _NO_ITEMS
+        )
 
     def unit(self, attributes: Mapping[str, str]) -> Unit | None:
         """Unit of a variable; a difference, of temperatures for example, has none of the unit's offset."""

@@ -6,8 +6,11 @@ A member's name has forward slashes here, whatever the archive was written with.
 
 from __future__ import annotations
 
+import errno
+import lzma
 import shutil
 import stat
+import struct
 import tempfile
 import zipfile
 import zlib
@@ -31,6 +34,19 @@ _METHODS = {
 _READABLE = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED, zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA)
 _ENCRYPTED = 0x1  # flag of a member
 _UNIX = 3  # system that wrote a member: its mode is in the upper half of external_attr
+
+
+_DAMAGES = (  # what Python raises for a damaged archive
+    zipfile.BadZipFile,
+    zlib.error,
+    lzma.LZMAError,
+    struct.error,
+    EOFError,
+    OverflowError,
+    ValueError,
+    OSError,
+    NotImplementedError,
+)
 
 
 class ArchiveError(Exception):
@@ -88,8 +104,9 @@ class Archive:
             assert self._zip is not None
             self._require_readable(name, member)
             return self._zip.read(member)
-        except (zipfile.BadZipFile, zlib.error, EOFError, ValueError, OSError, NotImplementedError) as error:
-            raise ArchiveError(f"{name}: damaged, got {error}, expected a readable member") from None
+        except _DAMAGES as error:
+            got = str(error) or "an early end"
+            raise ArchiveError(f"{name}: damaged, got {got}, expected a readable member") from None
 
     def extract(self, wanted: Callable[[str], bool], folder: Path) -> None:
         """Write the members whose names are wanted below a folder; ArchiveError as in `read`."""
@@ -121,8 +138,10 @@ class Archive:
             self._zip = zipfile.ZipFile(self.path)
         except zipfile.BadZipFile:
             raise NotAnArchiveError("not a zip archive") from None
-        except (ValueError, NotImplementedError, zlib.error) as error:
-            raise ArchiveError(f"its directory is damaged, got {error}") from None
+        except _DAMAGES as error:
+            if isinstance(error, OSError) and error.errno != errno.EINVAL:  # EINVAL: a place before the file
+                raise
+            raise ArchiveError(f"its directory is damaged, got {error}, expected a zip archive") from None
         faults = []
         for info in self._zip.infolist():
             name = info.filename.replace("\\", "/")
