@@ -3,11 +3,11 @@ import zipfile
 
 import numpy as np
 import pytest
-from build import FOLDERS, describe_2, describe_3, write_fmu
-from foreign import COMPILED, run, wires
 
 from master.errors import ConfigError, FmuError
 from master.fmi.description import read_description
+from tests.foreign.build import FOLDERS, describe_2, describe_3, write_fmu
+from tests.foreign.foreign import COMPILED, run, wires
 
 pytestmark = COMPILED
 

@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
-from container import build_system_container
 from fmpy import extract, read_model_description
 from fmpy.fmi2 import FMU2Slave
 
@@ -16,6 +15,7 @@ from master.experiment.experiment import Experiment
 from master.experiment.prepare import prepare
 from master.stepping.simulate import simulate
 from master.system.grid import Grid
+from tests.interop.container import build_system_container
 
 pytestmark = pytest.mark.slow
 

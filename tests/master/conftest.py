@@ -8,7 +8,12 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
-from stubs import (
+
+from master.errors import ConfigError
+from master.experiment import prepare as preparation
+from master.fmi.description import Kind
+from master.stepping import simulate
+from tests.stubs import (
     CELSIUS,
     ERROR,
     KELVIN,
@@ -24,11 +29,6 @@ from stubs import (
     typed,
     variables,
 )
-
-from master.errors import ConfigError
-from master.experiment import prepare as preparation
-from master.fmi.description import Kind
-from master.stepping import simulate
 
 CHOICE = {"kind": Kind.INTEGER, "variability": "fixed", "items": {"first": 1, "second": 2}, "start": "1"}
 BOUNDED = {"minimum": 0.0, "maximum": 10.0, "unit": METRE, "variability": "tunable"}

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import yaml
-from analysed import CONFIGS, analysed, prepared, simulated
 from scipy.integrate import solve_ivp
 
 from master.analysis.closed_loop.linearise import Linearisation
 from master.analysis.measures.margins import margins
 from master.analysis.measures.poles import growth_rate
 from master.analysis.measures.sweep import parse_axis, stability_map
+from tests.systems.analysed import CONFIGS, analysed, prepared, simulated
 
 LINEAR = ("low_frequency", "high_frequency", "experiment", "experiment_1000kg")
 VARYING = ("time_varying_stiffness", "hexapod/time_varying_stiffness")

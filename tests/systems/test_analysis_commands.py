@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from analysed import CONFIGS, prepared
 from click.testing import CliRunner
 
 from master.analysis.design.phase_lead import design
@@ -16,6 +15,7 @@ from master.cli import main
 from master.errors import ConfigError
 from master.experiment.prepare import Request, prepare
 from master.system.config import PhaseLead
+from tests.systems.analysed import CONFIGS, prepared
 
 LOW = str(CONFIGS / "low_frequency.yaml")
 HEXAPOD = str(CONFIGS / "hexapod" / "high_frequency.yaml")

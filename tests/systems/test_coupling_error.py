@@ -9,13 +9,13 @@ fitted over halved steps; what is left of the next order at the finer ones bends
 from __future__ import annotations
 
 import numpy as np
-import paper_loop as loop
 import pytest
 import yaml
-from stubs import bench
 
 from master.experiment.prepare import prepare
 from master.stepping.simulate import simulate
+from tests.stubs import bench
+from tests.systems import paper_loop as loop
 
 END = 0.4
 ORDER_OF_EXTRAPOLATION = {0: 1.0, 1: 2.0, 2: 2.0}

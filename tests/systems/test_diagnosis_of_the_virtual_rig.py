@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -17,10 +16,7 @@ from master.diagnosis.judge.diagnose import diagnose
 from master.errors import ConfigError
 from master.experiment.prepare import Request, prepare
 from master.stepping.simulate import simulate
-
-sys.path.append(str(Path(__file__).parents[1]))
-
-from rig import Effects, record
+from tests.rig import Effects, record
 
 CASE = Path(__file__).parents[2] / "configs" / "measured" / "docking_rig.yaml"
 

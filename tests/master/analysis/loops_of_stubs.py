@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from stubs import METRE, NEWTON, Block, variables
-
 from master.analysis.closed_loop.linearise import Linearisation
 from master.experiment.experiment import Experiment
+from tests.stubs import METRE, NEWTON, Block, variables
 
 STEP = 1e-3
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import random
 
 import numpy as np
-from stubs import Block, bench, mark, variables, wire
+
+from tests.stubs import Block, bench, mark, variables, wire
 
 WINDOWS = (1, 2, 3, 4)
 

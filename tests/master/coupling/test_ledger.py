@@ -2,10 +2,10 @@ import random
 
 import numpy as np
 import pytest
-from stubs import Block, bench, clock, gain, integrator, mark, variables, wire
 
 from master.coupling.ledger import MOST_LOOPS
 from master.fmi.description import DeclaredDelay
+from tests.stubs import Block, bench, clock, gain, integrator, mark, variables, wire
 
 TRANSIENT, TICKS = 24, 60
 

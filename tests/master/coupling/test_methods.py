@@ -6,11 +6,11 @@ import math
 
 import numpy as np
 import pytest
-from random_systems import random_linear, random_marks
 
 from master.analysis.closed_loop.tick_matrix import LinearPart, LinearSystem
 from master.analysis.state_space import StateSpace
 from master.coupling.methods.catalogue import METHODS
+from tests.master.coupling.random_systems import random_linear, random_marks
 
 TRANSIENT, TICKS = 36, 84
 ALL = ("side_by_side", *METHODS)

@@ -4,9 +4,9 @@ import sys
 from pathlib import Path
 
 import pytest
-from stubs import bench, clock, gain, integrator, wire
 
 from master.errors import ConfigError
+from tests.stubs import bench, clock, gain, integrator, wire
 
 PROJECT = Path(__file__).parents[3]
 LOOP = [wire("a.x", "b.u"), wire("b.x", "a.u")]

@@ -1,7 +1,7 @@
 import pytest
-from stubs import CELSIUS, KELVIN, METRE, MILLIMETRE, NEWTON, bench, gain, wire
 
 from master.fmi.units import Unit, conversion
+from tests.stubs import CELSIUS, KELVIN, METRE, MILLIMETRE, NEWTON, bench, gain, wire
 
 FAHRENHEIT = Unit("degF", {"K": 1}, factor=5 / 9, offset=459.67 * 5 / 9)
 

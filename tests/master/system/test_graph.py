@@ -1,9 +1,9 @@
 import pytest
-from stubs import METRE, bench, clock, gain, integrator, wire
 
 from master.fmi.description import Kind, Variable
 from master.fmi.value_types import BOOLEAN, FLOAT64, INT32
 from master.fmi.values import parse
+from tests.stubs import METRE, bench, clock, gain, integrator, wire
 
 HEAD = (
     "name: test\nstop_time: 1.0\nfmus:\n  clock: {source: clock.fmu}\n  mass:\n    source: integrator.fmu\n"

@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-from loops_of_stubs import laboratory_of
-from stubs import bench, gain, variables, wire
 
 from master.analysis.measures.map_plot import plot_map
 from master.analysis.measures.sweep import parse_axis, stability_map
 from master.errors import ConfigError
+from tests.master.analysis.loops_of_stubs import laboratory_of
+from tests.stubs import bench, gain, variables, wire
 
 
 @pytest.fixture

@@ -1,6 +1,9 @@
 import numpy as np
 import pytest
-from stubs import (
+
+from master.fmi.value_types import FLOAT32, INT32, INT64, UINT8
+from master.stepping.machine.compiled import compiled
+from tests.stubs import (
     DISCARD,
     ERROR,
     FATAL,
@@ -15,9 +18,6 @@ from stubs import (
     variables,
     wire,
 )
-
-from master.fmi.value_types import FLOAT32, INT32, INT64, UINT8
-from master.stepping.machine.compiled import compiled
 
 
 def chain(order):

@@ -3,10 +3,10 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from stubs import clock
 
 from master.errors import ConfigError
 from master.fmi import unpacked
+from tests.stubs import clock
 
 
 @pytest.fixture

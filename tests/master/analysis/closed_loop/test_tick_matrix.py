@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from loops_of_stubs import STEP, laboratory_of
 from scipy.special import lambertw
-from stubs import bench, gain, integrator, wire
 
 from master.analysis.measures.margins import margin
 from master.analysis.measures.poles import dominant, growth_rate, poles
 from master.errors import FmuError
+from tests.master.analysis.loops_of_stubs import STEP, laboratory_of
+from tests.stubs import bench, gain, integrator, wire
 
 
 def of_tick(laboratory, **more):

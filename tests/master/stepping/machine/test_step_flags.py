@@ -3,7 +3,8 @@
 import ctypes
 
 import pytest
-from stubs import OK, STEP, Block, Stub, bench, clock, variables
+
+from tests.stubs import OK, STEP, Block, Stub, bench, clock, variables
 
 
 class Answering(Stub):

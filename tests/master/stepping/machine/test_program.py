@@ -1,9 +1,9 @@
 import pytest
-from stubs import CELSIUS, KELVIN, bench, clock, gain, typed, wire
 
 from master.stepping.compiler import build_program
 from master.stepping.machine.interpreter import is_plain
 from master.stepping.machine.program import COPY, KEEP, STEP
+from tests.stubs import CELSIUS, KELVIN, bench, clock, gain, typed, wire
 
 WORDS = {COPY: "copy", KEEP: "keep", STEP: "step"}
 

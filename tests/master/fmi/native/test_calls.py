@@ -3,9 +3,9 @@ import ctypes
 import numpy as np
 import pytest
 from numba import njit
-from stubs import EXCHANGE, STEP
 
 from master.fmi.native import calls
+from tests.stubs import EXCHANGE, STEP
 
 COMPONENT, ANSWER = 4711, 2
 

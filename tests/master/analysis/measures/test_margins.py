@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 
 import pytest
-from loops_of_stubs import laboratory_of
-from stubs import bench, gain, integrator, wire
 
 from master.analysis.measures.margins import margins
 from master.analysis.measures.poles import growth_rate
+from tests.master.analysis.loops_of_stubs import laboratory_of
+from tests.stubs import bench, gain, integrator, wire
 
 STEP = 1e-3
 RATE = 20.0

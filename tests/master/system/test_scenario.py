@@ -1,6 +1,7 @@
 import pytest
-from scenarios import faulted, scenario_of
-from stubs import Block, bench, clock, gain, integrator, mark, typed, variables, wire
+
+from tests.master.system.scenarios import faulted, scenario_of
+from tests.stubs import Block, bench, clock, gain, integrator, mark, typed, variables, wire
 
 
 def seen(*events, n_ticks=7, compiled=False, **more):

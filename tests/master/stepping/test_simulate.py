@@ -4,7 +4,11 @@ import threading
 
 import numpy as np
 import pytest
-from stubs import (
+
+from master.errors import FmuError
+from master.stepping.simulate import simulate
+from master.system.grid import Grid
+from tests.stubs import (
     ERROR,
     FATAL,
     Block,
@@ -19,10 +23,6 @@ from stubs import (
     variables,
     wire,
 )
-
-from master.errors import FmuError
-from master.stepping.simulate import simulate
-from master.system.grid import Grid
 
 
 def test_row_0_holds_the_initial_values():

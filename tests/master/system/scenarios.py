@@ -1,9 +1,8 @@
 """Systems of stubs under events."""
 
-from stubs import bench, clock, gain, wire
-
 from master.system.config import Config, LoadedConfig
 from master.system.scenario import make_scenario
+from tests.stubs import bench, clock, gain, wire
 
 STOP = 1000.0
 

@@ -10,7 +10,7 @@ from click.testing import CliRunner
 
 from master.cli import main
 
-PROJECT = Path(__file__).parents[2]
+PROJECT = Path(__file__).parents[3]
 
 TEXT = """\
 name: test

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
-from stubs import METRE, NEWTON, bench, gain
 
 from master.recording.recorder import Recorder
+from tests.stubs import METRE, NEWTON, bench, gain
 
 
 @pytest.fixture

@@ -1,10 +1,10 @@
 import pytest
 from pydantic import ValidationError
-from scenarios import STOP, faulted, scenario_of
-from stubs import Block, bench, clock, typed, variables, wire
 
 from master.errors import ConfigError
 from master.fmi.description import Kind
+from tests.master.system.scenarios import STOP, faulted, scenario_of
+from tests.stubs import Block, bench, clock, typed, variables, wire
 
 
 @pytest.mark.parametrize(
