@@ -4,7 +4,7 @@ Extrapolation of a connection: the value one step of its target on.
     order 1: 2 u0 - u1          order 2: 3 u0 - 3 u1 + u2
 
 u0 is the present value, u1 and u2 those that the target got in its steps before: the polynomial of that order
-through the last values. It is a rule of a wire: the stepping loop calls it compiled, the linear analysis for
+through the last values. It is a rule of a wire: the stepping loop compiles it, the linear analysis for
 rows of coefficients.
 """
 
@@ -12,12 +12,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from master.fmi.native.jit import inner
-
 HOLD = 0
 
 
-@inner
 def one_step_on(order: int, value: Any, last: Any, before: Any) -> Any:
     """Extrapolate to the end of a step; order 1 does not read `before`."""
     if order == 1:

@@ -18,6 +18,8 @@ from .program import DELAY, DRAWN, DROP, FALLBACK, FREEZE, HELD, JITTER, MODE, M
 
 Floats = NDArray[np.float64]
 
+inner(one_step_on)  # compiled here: who only reads a configuration does not wait for numba
+
 GOES_ON = 1  # the worst status of FMI with which a run goes on: a warning
 
 

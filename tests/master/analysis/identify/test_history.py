@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from master.analysis.closed_loop.tick_matrix import Part
+from master.analysis.closed_loop.tick_matrix import LinearPart
 from master.analysis.identify.history import AGES, held, systems, through_time
 from master.analysis.state_space import StateSpace
 
@@ -81,7 +81,7 @@ def test_what_comes_again_comes_again():
     def system(value):
         return StateSpace(np.full((1, 1), value), *(np.zeros((1, 1)),) * 4, 0.0)
 
-    part = Part(system(0.0), ("a.u",), ("a.y",), [system(float(k)) for k in range(5)], repeats=3)
+    part = LinearPart(system(0.0), ("a.u",), ("a.y",), [system(float(k)) for k in range(5)], repeats=3)
 
     assert [part.at(k).A[0, 0] for k in range(10)] == [0, 1, 2, 3, 4, 2, 3, 4, 2, 3]
-    assert Part(system(7.0), (), ()).at(12).A[0, 0] == 7.0
+    assert LinearPart(system(7.0), (), ()).at(12).A[0, 0] == 7.0
