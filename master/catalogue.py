@@ -43,6 +43,11 @@ def locate(source: str, folder: Path, flavour: str) -> Path | build.Target:
         raise ConfigError([f"no such model, got {source!r}, {models}, or a path to an FMU"]) from None
 
 
+def is_ready(target: Path | build.Target) -> bool:
+    """Whether nothing need be built for it."""
+    return isinstance(target, Path) or target.is_current()
+
+
 def files(targets: Mapping[str, Path | build.Target], progress: Progress) -> dict[str, Path]:
     """
     Give the FMU files of named targets; those that are missing or older than their sources are built.

@@ -13,9 +13,10 @@ from master.analysis.measures.map_plot import plot_map
 from master.analysis.measures.sweep import StabilityMap, parse_axis, stability_map
 from master.analysis.measures.zeros import zeros
 from master.analysis.summary import judge, lines, pole_dict
+from master.api import prepare_to_run
 from master.errors import ConfigError, expected
 from master.experiment.experiment import Experiment
-from master.experiment.prepare import Request, prepare
+from master.experiment.prepare import Request
 
 from .common import CONFIG, FLAVOUR, JSON, SET, STDERR, VARIANT, answers_errors, print_json, show_building
 
@@ -51,7 +52,7 @@ def analyse(
 ) -> None:
     """Poles, damping, and the delay and gain that each connection of CONFIG bears more."""
     request = Request(**options)
-    experiment = prepare(config, request, show_building)
+    experiment = prepare_to_run(config, request, show_building)
     if len(sweeps) > 2:
         raise ConfigError([f"--sweep: too many, got {len(sweeps)}, expected one or two"])
     laboratory = Laboratory(experiment, after_run=True)

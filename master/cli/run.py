@@ -12,10 +12,11 @@ from typing import Any
 import click
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
+from master.api import prepare_to_run
 from master.errors import EXIT_DIVERGED, EXIT_FMU
 from master.evaluation.report import Report, save_run, summary_lines
 from master.experiment.experiment import Experiment
-from master.experiment.prepare import Request, prepare
+from master.experiment.prepare import Request
 from master.recording.files import ResultFiles
 from master.stepping import simulate
 from master.stepping.outcome import (
@@ -84,7 +85,7 @@ def run(config: Path, output: Path | None, as_json: bool, **options: Any) -> Non
     """Step the system that CONFIG describes and save what it computes."""
     factor, on_overrun = options.pop("real_time"), options.pop("on_overrun")
     request = Request(**options)
-    experiment = prepare(config, request, show_building)
+    experiment = prepare_to_run(config, request, show_building)
     folder = output or Path("results") / experiment.config.name / (request.variant or "default")
     pacer = None if factor is None else Pacer(factor, on_overrun)
     long = experiment.grid.n_ticks > _ROWS_IN_MEMORY

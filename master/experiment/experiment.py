@@ -1,4 +1,4 @@
-"""From a YAML file to a system that is ready to step: variant, overrides, FMU files, graph, schedule."""
+"""A system that is ready to step: what was read, joined, ordered and checked."""
 
 from __future__ import annotations
 
@@ -17,13 +17,18 @@ DIVERGENCE_FACTOR = 100.0
 
 @dataclass(frozen=True)
 class Experiment:
-    """A checked system, ready to run."""
+    """
+    A checked system, ready to run.
+
+    `overridden` are the signals that a variant or `--set` gave a value.
+    """
 
     config: Config
     variant: str | None
     system: System
     schedule: Schedule
     scenario: Scenario = field(default_factory=Scenario)
+    overridden: frozenset[str] = frozenset()
 
     @property
     def grid(self) -> Grid:

@@ -106,7 +106,7 @@ def test_what_is_not_an_assignment_is_refused(bay, text):
             "--set mass.siz: no such variable in mass (integrator), got 'siz', "
             "expected 'size' (of u, x, size, choice, on, count, label)",
         ),
-        ("mass.size=.nan", "--set mass.size: value not allowed, got nan m, expected a finite number"),
+        ("mass.size=.nan", "--set mass.size: value not allowed, got .nan m, expected a finite number"),
         ("mass.size=wide", "--set mass.size: value not allowed, got 'wide' m, expected a number"),
         (
             "mass.u=3",

@@ -32,7 +32,7 @@ def opened(
     try:
         recordings = measured(loaded)
     except ConfigError as error:
-        problems = error.problems
+        problems = [*error.problems]
     try:
         system = cut(loaded, progress)
     except ConfigError as error:
