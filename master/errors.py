@@ -14,6 +14,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 from difflib import get_close_matches
+from pathlib import PurePath
 from typing import Any
 
 EXIT_INPUT = 2
@@ -131,6 +132,8 @@ def shown(value: Any) -> str:
     """Return a value as a message shows it: text in quotes, long values cut, `nothing` for None."""
     if value is None:
         return "nothing"
+    if isinstance(value, PurePath):
+        return _cut(str(value))
     if isinstance(value, dict):
         return "a mapping" if value else "an empty mapping"
     if isinstance(value, list | tuple):

@@ -97,7 +97,7 @@ def run(config: Path, output: Path | None, as_json: bool, **options: Any) -> Non
 
 def _simulate(experiment: Experiment, pacer: Pacer | None, sink: ResultFiles | None) -> Outcome:
     columns = (
-        TextColumn("{task.description}"),
+        TextColumn("{task.description}", markup=False),
         BarColumn(),
         TextColumn("{task.fields[t]}"),
         TimeRemainingColumn(),

@@ -8,6 +8,7 @@ Source   YAML 1.2.2, Sec. 10.3.
 from __future__ import annotations
 
 import re
+from datetime import datetime
 
 Value = bool | int | float | str
 """What a user gives for a variable; a `Plain` text where it was read from a file or an option."""
@@ -18,6 +19,9 @@ _INTEGER = re.compile(r"[-+]?[0-9]+|0o[0-7]+|0x[0-9a-fA-F]+")
 _FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
 _INFINITE = re.compile(r"[-+]?\.(inf|Inf|INF)")
 _NAN = re.compile(r"\.nan|\.NaN|\.NAN")
+_DAY = r"(\d{4})-(\d\d?)-(\d\d?)"
+_TIME = r"(?:[Tt]|[ \t]+)(\d\d?):(\d\d):(\d\d)(?:\.\d*)?(?:[ \t]*(?:Z|[-+]\d\d?(?::\d\d)?))?"
+_DATE = re.compile(rf"{_DAY}(?:{_TIME})?", re.ASCII)
 _MOST_DIGITS = 1000
 
 
@@ -100,6 +104,18 @@ def float_of(value: object) -> float:
         return float(number)
     except OverflowError:
         return float("inf") if number > 0 else float("-inf")
+
+
+def is_impossible_date(text: str) -> bool:
+    """Whether a text has the form of a date, with or without a time, but names none."""
+    match = _DATE.fullmatch(text)
+    if match is None:
+        return False
+    try:
+        datetime(*(int(part or 0) for part in match.groups()))  # type: ignore[arg-type]
+    except ValueError:
+        return True
+    return False
 
 
 def _integer(text: str) -> int:

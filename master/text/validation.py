@@ -7,9 +7,8 @@ fault hides no other, neither in the same file nor in what is checked after it.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import Any, Generic, TypeVar, get_args, get_origin
+from typing import Any, Generic, TypeVar
 
 import yaml
 from pydantic import BaseModel, ValidationError
@@ -18,6 +17,7 @@ from pydantic_core import ErrorDetails
 from master.errors import ConfigError, Problem, nearest, shown
 
 from .fields import Section, is_nothing
+from .sections import field_of, keys_of, section_at
 from .yaml_lines import Document, Place
 
 Model = TypeVar("Model", bound=Section)
@@ -111,7 +111,7 @@ class _Fault:
     @property
     def is_misspelt(self) -> bool:
         """Whether it is a key that looks like another one."""
-        return self.is_unknown_key and "(of " in nearest(str(self.place[-1]), _keys(self.section))
+        return self.is_unknown_key and "(of " in nearest(str(self.place[-1]), keys_of(self.section))
 
     def problem(self, document: Document) -> Problem:
         where = document.where(self.place)
@@ -120,7 +120,7 @@ class _Fault:
             return Problem("missing", where=where, expected=_example(self.section, key))
         if self.is_unknown_key:
             got = shown(self.details.get("input"))
-            return Problem("unknown key", where=where, got=got, expected=nearest(key, _keys(self.section)))
+            return Problem("unknown key", where=where, got=got, expected=nearest(key, keys_of(self.section)))
         what, got, wanted = _words(self.details, _given(document, self))
         return Problem(what, where=where, got=got, expected=wanted)
 
@@ -160,7 +160,7 @@ class _Repair:
         """Return what to leave out for a place (value None), or to replace: itself or what holds it."""
         while place:
             section, key = section_at(self.model, place[:-1]), place[-1]
-            info = _field(section, key)
+            info = field_of(section, key)
             if info is None or not info.is_required():
                 return place, None
             if section is not None and issubclass(section, Section):
@@ -176,58 +176,8 @@ def _last_first(place: Place) -> list[tuple[int, str]]:
     return [(key, "") if isinstance(key, int) else (-1, key) for key in place]
 
 
-def section_at(model: Any, place: Place) -> type[BaseModel] | None:
-    """Model of the section at a place; None if there is none."""
-    for key in place:
-        model = _inner(model, key)
-    return next((m for m in _models(model)), None)
-
-
-def _inner(annotation: Any, key: str | int) -> Any:
-    """Annotation of an entry: a field of a model, an entry of a list or of a mapping."""
-    for model in _models(annotation):
-        info = _field(model, key)
-        return None if info is None else info.annotation
-    for inner in _alternatives(annotation):
-        origin, arguments = get_origin(inner), get_args(inner)
-        if origin is dict and isinstance(key, str):
-            return arguments[1]
-        if origin in (list, tuple) and isinstance(key, int):
-            return arguments[min(key, len(arguments) - 1)]
-    return None
-
-
-def _alternatives(annotation: Any) -> Iterator[Any]:
-    """Members of a union, without annotations."""
-    origin = get_origin(annotation)
-    if origin in (None, dict, list, tuple):
-        yield annotation
-        return
-    for argument in get_args(annotation):
-        yield from _alternatives(argument)
-
-
-def _models(annotation: Any) -> Iterator[type[BaseModel]]:
-    for inner in _alternatives(annotation):
-        if isinstance(inner, type) and issubclass(inner, BaseModel):
-            yield inner
-
-
-def _field(section: type[BaseModel] | None, key: str | int) -> Any:
-    if section is None:
-        return None
-    for name, info in section.model_fields.items():
-        if key in (info.alias, name):
-            return info
-    return None
-
-
-def _keys(section: type[BaseModel] | None) -> list[str]:
-    return [] if section is None else [f.alias or name for name, f in section.model_fields.items()]
-
-
 def _example(section: type[BaseModel] | None, key: str) -> str:
-    info = _field(section, key)
+    info = field_of(section, key)
     if info is None or not info.examples:
         return "a value"
     line = yaml.safe_dump({key: info.examples[0]}, default_flow_style=True, sort_keys=False, width=1000)

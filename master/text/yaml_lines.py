@@ -1,14 +1,12 @@
 """
 YAML as plain data, with the line of every key, so that a fault can be shown where it is.
 
-Scalars keep their text (see `scalar`). What a system or a case does not need is refused: tags other
-than those of texts, numbers, mappings and lists; aliases within themselves or that multiply beyond
-`MOST_REPEATED` values; more than `MOST_LEVELS` levels or `MOST_BYTES` bytes; NUL and surrogates.
+Scalars keep their text (see `scalar`); what no description needs is refused (see `yaml_nodes`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -17,11 +15,10 @@ import yaml
 
 from master.errors import ConfigError, Problem, shown
 
-from .scalar import Plain, boolean_of, number_of
+from .scalar import Plain, boolean_of, is_impossible_date, number_of
+from .yaml_nodes import TAG, Collection, Composer, Node, Scalar
 
 MOST_BYTES = 32 * 2**20
-MOST_LEVELS = 60
-MOST_REPEATED = 100_000
 
 Place = tuple[str | int, ...]
 
@@ -73,12 +70,12 @@ class Document:
 
     def at(self, place: Place, default: Any = None) -> Any:
         """Value at a place; the default where there is none."""
-        data = self.data
+        data: Any = self.data
         for key in place:
             if (isinstance(data, dict) and key in data) or (
                 isinstance(data, list) and isinstance(key, int) and key < len(data)
             ):
-                data = data[key]
+                data = data[key]  # type: ignore[index]
             else:
                 return default
         return data
@@ -149,7 +146,7 @@ def parse_yaml(text: str, path: Path) -> Document:
         ConfigError: As `read_yaml`.
     """
     try:
-        root = _Composer(path).compose(text)
+        root = Composer().compose(text)
     except yaml.YAMLError as error:
         raise ConfigError([_syntax_fault(path, text, error)]) from None
     except UnicodeEncodeError:
@@ -189,122 +186,6 @@ def _is_character(error: yaml.reader.ReaderError) -> bool:
     return isinstance(error.character, str) and len(error.character) == 1
 
 
-@dataclass
-class _Node:
-    """A scalar, a sequence or a mapping with its line, and how many values it has with all aliases."""
-
-    line: int
-    size: int = 1
-    anchor: str | None = None
-
-
-@dataclass
-class _Scalar(_Node):
-    text: str = ""
-    plain: bool = True
-    tag: str | None = None
-
-
-@dataclass
-class _Collection(_Node):
-    is_mapping: bool = False
-    items: list[_Node] = field(default_factory=list)
-
-
-_TAG = "tag:yaml.org,2002:"
-_SCALAR_TAGS = {"!", *(_TAG + name for name in ("str", "int", "float", "bool", "null"))}
-_MAPPING_TAGS = {"!", _TAG + "map"}
-_SEQUENCE_TAGS = {"!", _TAG + "seq"}
-
-
-class _Refused(yaml.MarkedYAMLError):
-    """YAML that is valid, but more than a description of a system needs."""
-
-    def __init__(self, what: str, event: Any) -> None:
-        super().__init__(problem=what, problem_mark=event.start_mark)
-
-
-class _Composer:
-    """Makes nodes of the parser's events, without recursion."""
-
-    def __init__(self, path: Path) -> None:
-        self.anchors: dict[str, _Node] = {}
-        self.open: list[_Collection] = []
-        self.root: _Node | None = None
-        self.documents = 0
-        self.n_written = 0
-
-    def compose(self, text: str) -> _Node | None:
-        """Return the root of the one document in a text; None if it is empty."""
-        for event in _events(text):
-            if isinstance(event, yaml.DocumentStartEvent):
-                self.documents += 1
-                if self.documents > 1:
-                    raise _Refused("a second document, expected one", event)
-            elif isinstance(event, yaml.AliasEvent):
-                self._add(self._alias(event), event)
-            elif isinstance(event, yaml.ScalarEvent):
-                self._add(self._scalar(event), event)
-            elif isinstance(event, yaml.CollectionStartEvent):
-                self._begin(event)
-            elif isinstance(event, yaml.CollectionEndEvent):
-                self._end(event)
-        return self.root
-
-    def _alias(self, event: yaml.AliasEvent) -> _Node:
-        if event.anchor not in self.anchors:
-            raise _Refused(f"no anchor of this name, got *{event.anchor}", event)
-        node = self.anchors[event.anchor]
-        if any(node is one for one in self.open):
-            raise _Refused(f"an alias within what it repeats, got *{event.anchor}", event)
-        return node
-
-    def _scalar(self, event: Any) -> _Node:
-        self._check_tag(event, _SCALAR_TAGS)
-        if any(c == "\0" or "\ud800" <= c <= "\udfff" for c in event.value):
-            raise _Refused("NUL or a surrogate, expected characters of Unicode", event)
-        tag = None if event.tag in (None, "!") else event.tag
-        plain = not event.style and event.tag != "!"
-        return self._named(_Scalar(event.start_mark.line + 1, text=event.value, plain=plain, tag=tag), event)
-
-    def _begin(self, event: Any) -> None:
-        is_mapping = isinstance(event, yaml.MappingStartEvent)
-        self._check_tag(event, _MAPPING_TAGS if is_mapping else _SEQUENCE_TAGS)
-        if len(self.open) >= MOST_LEVELS:
-            raise _Refused(f"more than {MOST_LEVELS} levels", event)
-        node = _Collection(event.start_mark.line + 1, is_mapping=is_mapping)
-        self.open.append(node)
-        self._named(node, event)
-
-    def _end(self, event: yaml.CollectionEndEvent) -> None:
-        node = self.open.pop()
-        node.size += sum(item.size for item in node.items)
-        if node.size > self.n_written + MOST_REPEATED:
-            raise _Refused(f"aliases repeat more than {MOST_REPEATED} values", event)
-        self._add(node, event)
-
-    def _named(self, node: _Node, event: yaml.NodeEvent) -> _Node:
-        self.n_written += 1
-        if event.anchor is not None:
-            self.anchors[event.anchor] = node
-        return node
-
-    def _check_tag(self, event: Any, known: set[str]) -> None:
-        if event.tag is not None and event.tag not in known:
-            raise _Refused(f"tag not known, got {event.tag.replace(_TAG, '!!')!r}, expected none", event)
-
-    def _add(self, node: _Node, event: yaml.Event) -> None:
-        if self.open:
-            self.open[-1].items.append(node)
-        else:
-            self.root = node
-
-
-def _events(text: str) -> Iterator[yaml.Event]:
-    loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # libyaml's parser is some ten times as fast
-    return yaml.parse(text, Loader=loader)
-
-
 class _Constructor:
     """Makes plain data of nodes and keeps lines and faults."""
 
@@ -313,36 +194,41 @@ class _Constructor:
         self.lines: dict[Place, int] = {}
         self.problems: list[Problem] = []
 
-    def data(self, node: _Node, place: Place) -> Any:
+    def data(self, node: Node, place: Place) -> Any:
         """Return the data of a node: a dict, a list, a text or None."""
         self.lines.setdefault(place, node.line)
-        if isinstance(node, _Scalar):
+        if isinstance(node, Scalar):
             return self._scalar(node, place)
-        assert isinstance(node, _Collection)
+        assert isinstance(node, Collection)
         if node.is_mapping:
             return self._mapping(node, place)
         return [self.data(item, (*place, i)) for i, item in enumerate(node.items)]
 
-    def _scalar(self, node: _Scalar, place: Place) -> str | None:
-        kind = "" if node.tag is None else node.tag.removeprefix(_TAG)
+    def _scalar(self, node: Scalar, place: Place) -> str | None:
+        kind = "" if node.tag is None else node.tag.removeprefix(TAG)
         if kind in ("", "null") and node.plain and not node.text:
             return None
         if kind in ("int", "float", "bool"):
             return self._tagged(node, kind, place)
-        return Plain(node.text) if node.plain and kind != "str" else node.text
+        if not node.plain or kind == "str":
+            return node.text
+        if is_impossible_date(node.text):
+            expected = "a date that there is, or quotes around a text"
+            self._add(node.line, place, "no such date", node.text, expected)
+        return Plain(node.text)
 
-    def _tagged(self, node: _Scalar, kind: str, place: Place) -> str:
+    def _tagged(self, node: Scalar, kind: str, place: Place) -> str:
         try:
             boolean_of(node.text) if kind == "bool" else number_of(node.text)
         except ValueError as error:
             self._add(node.line, place, str(error), shown(node.text), f"what the tag !!{kind} says")
         return Plain(node.text)
 
-    def _mapping(self, node: _Collection, place: Place) -> dict[str, Any]:
+    def _mapping(self, node: Collection, place: Place) -> dict[str, Any]:
         found: dict[str, Any] = {}
         merged: dict[str, Any] = {}
         for key, value in zip(node.items[::2], node.items[1::2], strict=True):
-            if not isinstance(key, _Scalar):
+            if not isinstance(key, Scalar):
                 self._add(key.line, place, "a key that is a list or a mapping", "", "a name")
             elif key.plain and key.text == "<<":
                 merged |= self._merged(value, place)
@@ -354,13 +240,13 @@ class _Constructor:
                 found[key.text] = self.data(value, (*place, key.text))
         return merged | found
 
-    def _merged(self, node: _Node, place: Place) -> dict[str, Any]:
+    def _merged(self, node: Node, place: Place) -> dict[str, Any]:
         """Entries of the mappings that `<<` names; the first of a list comes first."""
-        assert isinstance(node, _Scalar | _Collection)
-        nodes = [node] if isinstance(node, _Scalar) or node.is_mapping else node.items
+        assert isinstance(node, Scalar | Collection)
+        nodes = [node] if isinstance(node, Scalar) or node.is_mapping else node.items
         found: dict[str, Any] = {}
         for one in nodes:
-            if isinstance(one, _Collection) and one.is_mapping:
+            if isinstance(one, Collection) and one.is_mapping:
                 found = self._mapping(one, place) | found
             else:
                 self._add(one.line, (*place, "<<"), "not a mapping", "", "one, or a list of mappings")
