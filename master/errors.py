@@ -115,12 +115,17 @@ class FmuError(MasterError):
         super().__init__(f"{place}: {message}")
 
 
+def closest(name: str, existing: Iterable[str]) -> str | None:
+    """Return the existing name that is most like another; None if none is."""
+    return next(iter(get_close_matches(name[:_LONGEST_SHOWN], list(existing), n=1)), None)
+
+
 def nearest(name: str, existing: Iterable[str]) -> str:
     """Say what exists, the nearest name first: `'a' (of a, b, c)` or `one of a, b, c`."""
     names = list(existing)
-    near = get_close_matches(name[:_LONGEST_SHOWN], names, n=1)
+    near = closest(name, names)
     listed = ", ".join(names[:_MOST_NAMES]) + (", ..." if len(names) > _MOST_NAMES else "")
-    return f"{near[0]!r} (of {listed})" if near else f"one of {listed or 'none'}"
+    return f"{near!r} (of {listed})" if near else f"one of {listed or 'none'}"
 
 
 def expected(name: str, existing: Iterable[str]) -> str:

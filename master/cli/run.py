@@ -45,9 +45,13 @@ _ROWS_IN_MEMORY = 100_000
 _SECONDS_A_LOOK = 0.1
 
 
-def _finite(_: click.Context, __: click.Parameter, value: float | None) -> float | None:
-    if value is not None and not math.isfinite(value):
-        raise click.BadParameter(f"not a finite number, got {value}")
+SLOWEST = 1e-6
+FASTEST = 1e9
+
+
+def _pace(_: click.Context, __: click.Parameter, value: float | None) -> float | None:
+    if value is not None and not SLOWEST <= value <= FASTEST:
+        raise click.BadParameter(f"not a pace, got {value:g}, expected from {SLOWEST:g} to {FASTEST:g}")
     return value
 
 
@@ -65,10 +69,10 @@ def _finite(_: click.Context, __: click.Parameter, value: float | None) -> float
 )
 @click.option(
     "--real-time",
-    type=click.FloatRange(min=0.0, min_open=True),
+    type=float,
     is_flag=False,
     flag_value=1.0,
-    callback=_finite,
+    callback=_pace,
     metavar="[FACTOR]",
     help="Pace the ticks on the clock, FACTOR simulated seconds a second (1).",
 )

@@ -193,9 +193,11 @@ def _wires(loaded: LoadedConfig, descriptions: Descriptions, problems: list[str]
         source = _port(loaded, descriptions, i, "from", connection.source, problems)
         target = _port(loaded, descriptions, i, "to", connection.target, problems)
         if connection.target in first:
+            where = loaded.where("connections", i, "to")
+            other = loaded.document.name_of(("connections", first[connection.target]))
             problems.append(
-                f"{loaded.where('connections', i, 'to')}: has two sources, got {connection.target!r} "
-                f"again, expected one connection (the other is connections[{first[connection.target]}])"
+                f"{where}: has two sources, got {connection.target!r} again, "
+                f"expected one connection (the other is {other})"
             )
             continue
         first[connection.target] = i

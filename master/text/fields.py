@@ -21,7 +21,7 @@ from . import scalar
 from .scalar import Plain, Value
 from .signal_name import SignalName
 
-LONGEST_NAME = 255
+LONGEST_NAME = 200  # bytes; file systems bear 255, and endings are added
 MOST_DELAY = 10**7  # ticks; each older value is kept in memory
 
 
@@ -70,12 +70,19 @@ def finite(value: float) -> float:
 
 
 def printable(text: str) -> str:
-    """Return a text that can be a name of a file and a line of a message; ValueError for any other."""
-    if len(text) > LONGEST_NAME:
-        raise ValueError(f"a name of {len(text)} characters, expected at most {LONGEST_NAME}")
+    """Return a text that fits a line of a message; ValueError for any other."""
+    if len(text.encode(errors="replace")) > LONGEST_NAME:
+        raise ValueError(f"a name of {len(text)} characters, expected at most {LONGEST_NAME} bytes")
     if not text.isprintable():
         raise ValueError("a name with control characters, expected printable ones")
     return text
+
+
+def file_name(text: str) -> str:
+    """Return a name that a folder can have and that leads nowhere else; ValueError for any other."""
+    if not text or text.strip(". ") == "" or any(c in "/\\" for c in text):
+        raise ValueError("not a name of a folder, expected one without slashes")
+    return printable(text)
 
 
 def instance_name(text: str) -> str:
@@ -101,7 +108,7 @@ Seconds = Annotated[Finite, Field(gt=0.0)]
 Integer = Annotated[int, BeforeValidator(scalar.integer_of)]
 Ticks = Annotated[Integer, Field(ge=0, le=MOST_DELAY)]
 Boolean = Annotated[bool, BeforeValidator(scalar.boolean_of)]
-Name = Annotated[str, AfterValidator(printable)]
+Name = Annotated[str, AfterValidator(file_name)]
 InstanceName = Annotated[str, AfterValidator(instance_name)]
 Signal = SignalName
 SignalKey = Annotated[str, AfterValidator(SignalName)]

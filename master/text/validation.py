@@ -14,7 +14,7 @@ import yaml
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
-from master.errors import ConfigError, Problem, nearest, shown
+from master.errors import ConfigError, Problem, closest, nearest, shown
 
 from .fields import Section, is_nothing
 from .sections import field_of, keys_of, section_at
@@ -69,8 +69,9 @@ def validate(model: type[Model], document: Document, kind: str) -> Validated[Mod
             faults = [_Fault.of(model, repair.document, e) for e in error.errors(include_url=False)]
         else:
             return Validated(read, repair.document, [*problems.values()])
+        meant = {fault.place_meant for fault in faults}
         for fault in faults:
-            if not repair.has_caused(fault):
+            if not repair.has_caused(fault) and not (fault.is_missing and fault.place in meant):
                 problem = fault.problem(repair.document)
                 problems.setdefault(problem.where, problem)
         if not repair.leave_out(faults):
@@ -109,9 +110,15 @@ class _Fault:
         return self.details["type"] == "missing"
 
     @property
+    def place_meant(self) -> Place | None:
+        """Place that an unknown key is likely to mean."""
+        key = closest(str(self.place[-1]), keys_of(self.section)) if self.is_unknown_key else None
+        return None if key is None else (*self.place[:-1], key)
+
+    @property
     def is_misspelt(self) -> bool:
         """Whether it is a key that looks like another one."""
-        return self.is_unknown_key and "(of " in nearest(str(self.place[-1]), keys_of(self.section))
+        return self.place_meant is not None
 
     def problem(self, document: Document) -> Problem:
         where = document.where(self.place)

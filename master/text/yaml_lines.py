@@ -52,6 +52,10 @@ class Document:
             known = known[:-1]
         return f"{self.path}:{self.lines.get(known, 1)}: {dotted(written)}"
 
+    def name_of(self, place: Place) -> str:
+        """Name a place as the file numbers it, without the line."""
+        return dotted(self._as_written(place))
+
     def without(self, place: Place) -> Document:
         """Leave out what is at a place; later entries of a list keep their numbers in messages."""
         if not place:
@@ -156,6 +160,25 @@ def parse_yaml(text: str, path: Path) -> Document:
     if constructor.problems:
         raise ConfigError(constructor.problems)
     return Document(path, data, constructor.lines, written=data)
+
+
+def write_yaml(data: Any) -> str:
+    """Write data as YAML that `read_yaml` reads as the same data; plain texts stay without quotes."""
+    text: str = yaml.dump(data, Dumper=_Dumper, sort_keys=False, default_flow_style=None, allow_unicode=True)
+    return text
+
+
+class _Dumper(yaml.SafeDumper):
+    """SafeDumper that knows our kinds of text."""
+
+
+def _plain(dumper: _Dumper, text: Plain) -> yaml.Node:
+    tag = dumper.resolve(yaml.ScalarNode, str(text), (True, False))  # type: ignore[no-untyped-call]
+    return dumper.represent_scalar(tag, str(text))
+
+
+_Dumper.add_representer(Plain, _plain)
+_Dumper.add_multi_representer(str, lambda dumper, text: dumper.represent_str(str(text)))
 
 
 def parse_value(text: str) -> str | None:

@@ -25,19 +25,20 @@ def opened(
     Cut the system of a case and read its recordings.
 
     Raises:
-        ConfigError: With every fault of both.
+        ConfigError: With every fault of the case, of its system and of its recordings.
     """
-    problems: list[str] = []
+    problems: list[str] = list(loaded.problems)
     recordings: dict[str, Recording] = {}
-    try:
-        recordings = measured(loaded)
-    except ConfigError as error:
-        problems = [*error.problems]
+    system: CutSystem | None = None
     try:
         system = cut(loaded, progress)
     except ConfigError as error:
-        raise ConfigError([*error.problems, *problems]) from None
-    if problems:
+        problems += error.problems
+    try:
+        recordings = measured(loaded)
+    except ConfigError as error:
+        problems += error.problems
+    if problems or system is None:
         raise ConfigError(problems)
     return system, recordings
 
@@ -55,6 +56,8 @@ def measured(loaded: LoadedCase) -> dict[str, Recording]:
         try:
             found[name] = _one(loaded, name)
         except DataError as error:
+            if loaded.problems and str(error).startswith("signals"):
+                continue  # made of a signal that is wrong itself
             where = loaded.where("recordings", name)
             problems += [f"{where}: {line}" for line in str(error).splitlines()]
     problems += _cut(loaded, found)
