@@ -56,10 +56,10 @@ def analyse(
     if len(sweeps) > 2:
         raise ConfigError([f"--sweep: too many, got {len(sweeps)}, expected one or two"])
     laboratory = Laboratory(experiment, after_run=True)
-    title = " / ".join(filter(None, (experiment.config.name, request.variant)))
-    answer: dict[str, Any] = {"name": experiment.config.name, "variant": request.variant}
+    title = " / ".join(filter(None, (experiment.name, request.variant)))
+    answer: dict[str, Any] = {"name": experiment.name, "variant": request.variant}
     if sweeps:
-        folder = output or Path("results") / experiment.config.name / (request.variant or "default")
+        folder = output or Path("results") / experiment.name / (request.variant or "default")
         found = _sweep(laboratory, sweeps)
         folder.mkdir(parents=True, exist_ok=True)
         answer |= _map_dict(found) | {"plot": str(plot_map(found, title, folder / "stability.png"))}

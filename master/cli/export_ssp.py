@@ -24,6 +24,6 @@ from .common import CONFIG, FLAVOUR, SET, VARIANT, answers_errors, show_building
 def export_ssp(config: Path, output: Path | None, **options: Any) -> None:
     """Write CONFIG with its FMUs as an SSP archive; `dockloop run` reads it back."""
     experiment = prepare_to_run(config, Request(**options), show_building)
-    parts = filter(None, (experiment.config.name, experiment.variant))
+    parts = filter(None, (experiment.name, experiment.variant))
     path = write_ssp(experiment, output or Path("results") / f"{'-'.join(parts)}.ssp")
     click.echo(f"{path}: {len(experiment.system.instances)} FMUs, {len(experiment.system.wires)} connections")

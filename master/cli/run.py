@@ -90,7 +90,7 @@ def run(config: Path, output: Path | None, as_json: bool, **options: Any) -> Non
     factor, on_overrun = options.pop("real_time"), options.pop("on_overrun")
     request = Request(**options)
     experiment = prepare_to_run(config, request, show_building)
-    folder = output or Path("results") / experiment.config.name / (request.variant or "default")
+    folder = output or Path("results") / experiment.name / (request.variant or "default")
     pacer = None if factor is None else Pacer(factor, on_overrun)
     long = experiment.grid.n_ticks > _ROWS_IN_MEMORY
     with ResultFiles(folder) if long else nullcontext() as streamed:
@@ -115,7 +115,7 @@ def _simulate(experiment: Experiment, pacer: Pacer | None, sink: ResultFiles | N
         keep_every=1 if sink is None else math.ceil(grid.n_ticks / _ROWS_IN_MEMORY),
     )
     with Progress(*columns, console=STDERR, transient=True) as bar:
-        task = bar.add_task(experiment.config.name, total=grid.n_ticks, t="")
+        task = bar.add_task(experiment.name, total=grid.n_ticks, t="")
         done, shown = 0, 0.0
 
         def advance(ticks: int) -> None:

@@ -18,6 +18,7 @@ from master.system.config import UNKNOWN_SOURCE, IteratedGroup, LoadedConfig, re
 from master.system.graph import Descriptions, System, join
 from master.system.scenario import Scenario, make_scenario
 from master.text.scalar import Value
+from master.text.signal_name import SignalName
 from master.text.yaml_lines import parse_value
 
 from .experiment import Experiment
@@ -193,13 +194,14 @@ def _signal_and_value(assignment: str, descriptions: Descriptions) -> tuple[str,
     signal, text = assignment[:cut], assignment[cut + 1 :]
     try:
         value = parse_value(text)
-    except ConfigError:
+        name = SignalName(signal)
+    except (ConfigError, ValueError):
         return None
-    return None if value is None or "." not in signal else (signal, value)
+    return None if value is None else (name, value)
 
 
 def _is_known(signal: str, descriptions: Descriptions) -> bool:
-    instance, _, variable = signal.partition(".")
+    instance, _, variable = signal.partition(".")  # what is cut anywhere may be no name
     description = descriptions.get(instance)
     return description is not None and (variable in description.by_name or variable in description.arrays)
 

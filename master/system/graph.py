@@ -172,7 +172,7 @@ def _override(
     instances: dict[str, Instance], signal: str, value: Value, connected: set[str], unread: tuple[str, ...]
 ) -> str | None:
     """Set one value over those of the file; return what is wrong with it."""
-    name, _, key = signal.partition(".")
+    name, key = SignalName(signal).parts
     if name in unread:
         return None
     if name not in instances:
@@ -285,7 +285,10 @@ def signal_fault(
 
     None if it exists with one of the causalities, or if its FMU could not be read.
     """
-    instance, _, variable = signal.partition(".")
+    try:
+        instance, variable = SignalName(signal).parts
+    except ValueError:
+        return Problem("not a signal", got=repr(signal), expected="'instance.variable'")
     if instance not in descriptions:
         return Problem("no such FMU", got=repr(instance), expected=nearest(instance, descriptions))
     d = descriptions[instance]

@@ -37,6 +37,11 @@ class SignalName(str):
         """Name in the FMU."""
         return self.partition(".")[2]
 
+    @property
+    def parts(self) -> tuple[str, str]:
+        """Return instance and variable."""
+        return self.instance, self.variable
+
     @classmethod
     def __get_pydantic_core_schema__(cls, source: Any, handler: Any) -> core_schema.CoreSchema:
         return core_schema.no_info_after_validator_function(

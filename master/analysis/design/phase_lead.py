@@ -117,7 +117,7 @@ def design(experiment: Experiment, wanted: PhaseLead, factory: SlaveFactory = lo
         ConfigError: If the system does not have what the design needs.
     """
     fmu = wanted.fmu
-    task = lead_task(experiment.system, experiment.config.compare, wanted)
+    task = lead_task(experiment.system, experiment.compare, wanted)
     laboratory = Laboratory(experiment, factory)
     low, high = _range(task)
     frequencies = np.linspace(low, high, 1 if low == high else _N_SHOWN)
@@ -144,7 +144,7 @@ def designed(experiment: Experiment, factory: SlaveFactory = load) -> Experiment
 
     Without a wish, or where the lead is switched off, the experiment is returned as it is.
     """
-    wanted = experiment.config.dpdc
+    wanted = experiment.phase_lead
     if wanted is None or is_switched_off(experiment.system, wanted):
         return experiment
     found = design(experiment, wanted, factory)

@@ -21,6 +21,7 @@ from master.fmi.description import Description, read_description
 from master.fmi.values import parse
 from master.system.config import UNKNOWN_SOURCE, Config, LoadedConfig, read_config
 from master.system.graph import System, join
+from master.text.signal_name import SignalName
 
 from .case import LoadedCase
 from .faults import faults
@@ -82,7 +83,7 @@ def cut(loaded: LoadedCase, progress: catalogue.Progress = catalogue.silent) -> 
     order = [name for group in schedule.groups for name in group]
     values: Values = {name: dict(i.start) for name, i in system.instances.items()}
     for signal, value in loaded.case.set.items():
-        name, _, variable = signal.partition(".")
+        name, variable = SignalName(signal).parts
         values[name][variable] = parse(system.port(signal).variable, value)
     case = loaded.case
     return CutSystem(
@@ -158,14 +159,14 @@ def _parts(loaded: LoadedCase, system: System, order: list[str]) -> tuple[Part, 
             name: {w.target.variable.name: w.source.name for w in wires if w.target.instance == name}
             for name in members
         }
-        compared = {k: s for k, s in case.compared.items() if k.partition(".")[0] in members}
+        compared = {k: s for k, s in case.compared.items() if SignalName(k).instance in members}
         parts.append(Part(members, inputs, wired, compared))
     return tuple(parts)
 
 
 def _needed(compared: Mapping[str, str], wires: list[tuple[str, str]]) -> set[str]:
     """FMUs that act on something compared."""
-    needed = {key.partition(".")[0] for key in compared}
+    needed = {SignalName(key).instance for key in compared}
     for _ in wires:
         needed |= {source for source, target in wires if target in needed}
     return needed
@@ -176,7 +177,7 @@ def _inputs(loaded: LoadedCase, system: System, name: str) -> Mapping[str, tuple
     interpolates = "input_hold" in system.instances[name].description.by_name
     found: dict[str, tuple[str, str]] = {}
     for key, entry in loaded.case.inputs.items():
-        fmu, _, variable = key.partition(".")
+        fmu, variable = SignalName(key).parts
         if fmu == name:
             found[variable] = (entry.signal, entry.at or ("end" if interpolates else "start"))
     return found

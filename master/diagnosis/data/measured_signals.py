@@ -12,6 +12,7 @@ from master.diagnosis.case.case import Case, LoadedCase, SignalEntry
 from master.diagnosis.case.cut import CutSystem, cut
 from master.diagnosis.numerics.arrays import Array
 from master.errors import ConfigError, DataError
+from master.text.signal_name import SignalName
 
 from .recordings import Column, Recording, Rules, read
 
@@ -104,7 +105,7 @@ def _rates(case: Case, columns: Mapping[str, Column]) -> dict[str, str]:
     """Signals whose rate was recorded too: inputs of one FMU by names like q and der_q, s_act and v_act."""
     found = {}
     for key, entry in case.inputs.items():
-        fmu, _, name = key.partition(".")
+        fmu, name = SignalName(key).parts
         for rate in (f"der_{name}", "v_" + name.removeprefix("s_")):
             other = case.inputs.get(f"{fmu}.{rate}")
             if other is not None and {entry.signal, other.signal} <= set(columns):

@@ -22,6 +22,7 @@ from master.fmi.values import parse
 from master.stepping.outcome import RunOptions
 from master.stepping.simulate import simulate
 from master.system.graph import System
+from master.text.signal_name import SignalName
 
 from .measures import MEASURES, Trace
 
@@ -118,7 +119,7 @@ def _prepared(
 
 
 def _seeded(system: System, seed: int) -> System:
-    name, _, key = SEED.partition(".")
+    name, key = SignalName(SEED).parts
     if name not in system.instances:
         return system
     instance = system.instances[name]
