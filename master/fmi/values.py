@@ -3,23 +3,23 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Collection, Iterator, Sequence
 
 from master.errors import expected
-from master.system.config import Setting, Value
+from master.errors import shown as shown_value
+from master.text.scalar import Setting, Value, boolean_of, number_of
 
 from .description import Description, Kind, Variable
 from .value_types import LONG, MOST_EXACT, TYPE_RANGES
 
-_NUMBER = re.compile(r"\s*[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?\s*")
-_NOT_FINITE = re.compile(r"[+-]?\.?(inf|infinity|nan)", re.IGNORECASE)
 _LARGEST = (2.0 - 2.0**-52) * 2.0**1023  # a double
 
 
 def parse(variable: Variable, value: Value) -> float | str:
     """
-    Turn a configured value into what the FMU takes; an enumeration takes its item's name.
+    Turn a configured value into what the FMU takes: the variable's type decides what a text is.
+
+    An enumeration takes its item's name or number, a String the text as it is written.
 
     Integers of 64 bits stay integers, so that no digit is lost; all other numbers are doubles.
 
@@ -28,13 +28,11 @@ def parse(variable: Variable, value: Value) -> float | str:
     """
     if variable.kind is Kind.STRING:
         return str(value)
-    number = _from_text(variable, value) if isinstance(value, str) else value
     if variable.kind is Kind.BOOLEAN:
-        if number not in (0, 1):
-            raise ValueError("expected true or false")
-        return float(number)
-    if isinstance(number, bool):
-        raise ValueError("expected a number")
+        return _truth(value)
+    if isinstance(value, str) and value in variable.items:
+        return float(variable.items[value]) if variable.value_type not in LONG else variable.items[value]
+    number = _number(variable, value)
     if variable.items and number not in variable.items.values():
         raise ValueError(f"expected one of {', '.join(variable.items)}")
     if variable.kind is Kind.INTEGER:
@@ -43,16 +41,28 @@ def parse(variable: Variable, value: Value) -> float | str:
     return number if variable.value_type in LONG else float(number)
 
 
-def _from_text(variable: Variable, text: str) -> float:
-    if variable.items and text in variable.items:
-        return variable.items[text]
-    if variable.kind is Kind.BOOLEAN and text in ("true", "false"):
-        return text == "true"
-    if _NOT_FINITE.fullmatch(text):
-        raise ValueError("expected a finite number")
-    if not _NUMBER.fullmatch(text) or len(text) > 4000:
-        raise ValueError(expected(text, variable.items) if variable.items else "expected a number")
-    return int(text) if text.strip().lstrip("+-").isdecimal() else float(text)
+def _truth(value: Value) -> float:
+    try:
+        return float(boolean_of(value))
+    except ValueError:
+        pass
+    try:
+        number = number_of(value)
+    except ValueError:
+        number = math.nan
+    if number not in (0, 1):
+        raise ValueError("expected true or false")
+    return float(number)
+
+
+def _number(variable: Variable, value: Value) -> int | float:
+    try:
+        return number_of(value)
+    except ValueError as error:
+        if variable.items:
+            raise ValueError(expected(str(value), variable.items)) from None
+        is_word = str(error) == "not a number"
+        raise ValueError("expected a number" if is_word else f"expected a number, not {error}") from None
 
 
 def _integer(number: float) -> int:
@@ -127,7 +137,7 @@ def _settings(
         except ValueError as error:
             unit = "" if variable.unit_name == "1" else f" {variable.unit_name}"
             element = "" if variable.array is None else f" for {variable.name}"
-            raise ValueError(f"value not allowed, got {_short(value)}{unit}{element}, {error}") from None
+            raise ValueError(f"value not allowed, got {shown_value(value)}{unit}{element}, {error}") from None
 
 
 def _refuse(d: Description, name: str, key: str) -> None:
@@ -172,15 +182,6 @@ def _flat(value: object) -> list[Value]:
     if isinstance(value, list):
         return [x for part in value for x in _flat(part)]
     return [value]  # type: ignore[list-item]  # the configuration holds nothing else
-
-
-def _short(value: Value) -> str:
-    """Show a value, the middle of a long one left out."""
-    try:
-        text = repr(value)
-    except ValueError:  # an integer of more digits than Python writes
-        return "an integer of thousands of digits"
-    return text if len(text) <= 80 else f"{text[:40]}...{text[-20:]} ({len(text)} characters)"
 
 
 def start_notes(d: Description, given: Collection[str]) -> list[str]:

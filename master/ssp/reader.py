@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import json
 import zipfile
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as ET
 
-from pydantic import ValidationError
-
 from master.errors import ConfigError
 from master.system.config import Config, LoadedConfig
+from master.text.validation import validated
 from master.text.yaml_lines import Document
 
 from .names import COUPLING, STRUCTURE, ssc, ssd, ssv
@@ -40,11 +40,8 @@ def read_ssp(path: Path, folder: Path) -> LoadedConfig:
     if system is None:
         raise ConfigError([f"{path}: {STRUCTURE} has no System"])
     data = _configuration(root, system, folder)
-    try:
-        return LoadedConfig(config=Config.model_validate(data), document=Document(folder / path.name, data))
-    except ValidationError as error:
-        places = (".".join(map(str, e["loc"])) + ": " + e["msg"] for e in error.errors())
-        raise ConfigError(f"{path}: {place}" for place in places) from None
+    document = Document(folder / path.name, data)
+    return LoadedConfig(validated(Config, replace(document, path=path), "system"), document)
 
 
 def _configuration(root: ET.Element, system: ET.Element, folder: Path) -> dict[str, Any]:

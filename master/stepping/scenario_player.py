@@ -24,6 +24,7 @@ from master.stepping.machine.program import (
 from master.system.graph import System
 from master.system.grid import Grid
 from master.system.scenario import Action, Scenario, ScenarioEvent
+from master.text.signal_name import SignalName
 
 NEVER = 2**62  # no run has as many ticks
 _NEUTRAL = {MODE: float(PASS), OFFSET: 0.0, DELAY: 0.0, JITTER: 0.0}
@@ -56,7 +57,7 @@ class ScenarioPlayer:
         self._acting: list[tuple[int, Action]] = []
         self._before: dict[str, float] = {}
         for name, row in program.channel_of.items():
-            start = system.instances[name.partition(".")[0]].value_of(name.partition(".")[2])
+            start = system.instances[SignalName(name).instance].value_of(SignalName(name).variable)
             program.memory.channels[row, FALLBACK] = float(start or 0.0)
             program.memory.channels[row, RANDOM] = 1.0
             program.memory.channels[row, DRAWN] = -1.0

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 import yaml
 
-from master.experiment.prepare import prepare
+from master.api import prepare_to_run
 from master.stepping.simulate import simulate
 from tests.stubs import bench
 from tests.systems import paper_loop as loop
@@ -47,7 +47,7 @@ def coupled_fmus(folder, name, extrapolation, step, integrator="semi_implicit"):
     given |= {"connections": loop.connections(order, extrapolation), "coupling": {"order": order}}
     file = folder / f"{step:g}.yaml"
     file.write_text(yaml.safe_dump(given))
-    return prepare(file)
+    return prepare_to_run(file)
 
 
 def of_fmus(experiment):

@@ -16,15 +16,17 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
+
+from master.text.fields import Finite, Integer, Section
 
 if TYPE_CHECKING:
     from master.system.graph import System, Wire
 
 Floats = NDArray[np.float64]
 Members = Annotated[tuple[str, ...], Field(min_length=1)]
-Tolerance = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
-Passes = Annotated[int, Field(ge=1, le=10**6)]
+Tolerance = Annotated[Finite, Field(gt=0.0)]
+Passes = Annotated[Integer, Field(ge=1, le=10**6)]
 
 
 class Residual(NamedTuple):
@@ -130,7 +132,7 @@ class LinearTick(Protocol):
         ...
 
 
-class Method(BaseModel, ABC):
+class Method(Section, ABC):
     """
     One entry of `coupling.order`.
 
@@ -138,8 +140,6 @@ class Method(BaseModel, ABC):
     written as a mapping. `ticks`: how many ticks pass between two updates of the members' outputs, times
     `every`.
     """
-
-    model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True)
 
     key: ClassVar[str] = ""
 

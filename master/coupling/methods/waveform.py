@@ -26,6 +26,8 @@ from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 from pydantic import Field
 
+from master.text.fields import Integer
+
 from .iterated import Iterated
 from .method import Emitter, Floats, LinearTick, Members, Passes, Residual, Tolerance
 
@@ -41,7 +43,7 @@ class Waveform(Iterated):
     key: ClassVar[str] = "waveform"
 
     members: Members = Field(alias="waveform")
-    window: Annotated[int, Field(ge=1, le=LONGEST_WINDOW)]
+    window: Annotated[Integer, Field(ge=1, le=LONGEST_WINDOW)]
     sweep: Literal["gauss_seidel", "jacobi"] = "gauss_seidel"
     tolerance: Tolerance = 1e-9
     maximum: Passes = 50
