@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from linear_blocks import Linear
+from tests.linear_blocks import Linear
 from scipy.linalg import expm
-from stubs import Block, bench, clock, gain, integrator, variables, wire
+from tests.stubs import Block, bench, clock, gain, integrator, variables, wire
 
 from master.errors import ConfigError
 from master.system.config import Config, LoadedConfig

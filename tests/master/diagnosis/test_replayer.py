@@ -6,21 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from stubs import (
-    ERROR,
-    EXCHANGE,
-    FATAL,
-    KELVIN,
-    METRE,
-    MILLIMETRE,
-    Block,
-    Stub,
-    failing,
-    gain,
-    integrator,
-    typed,
-    variables,
-)
+from tests.stubs import ERROR, EXCHANGE, FATAL, KELVIN, METRE, MILLIMETRE, Block, Stub, failing, gain, integrator, typed, variables
 
 from master.diagnosis.replay.replayer import Link, Player
 from master.errors import ConfigError, FmuError

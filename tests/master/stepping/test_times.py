@@ -7,7 +7,7 @@ import random
 from fractions import Fraction
 
 import pytest
-from stubs import bench, clock, integrator
+from tests.stubs import bench, clock, integrator
 
 from master.system.config import Config, LoadedConfig
 from master.system.grid import Grid, ticks_between
