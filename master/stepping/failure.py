@@ -12,7 +12,7 @@ from master.fmi.value_types import NAMES, RANGES
 
 from .machine.fmu_step import Call
 from .machine.interpreter import Execution, Stop
-from .machine.operations import Deviation
+from .machine.operations import MOST_RETURNS, Deviation
 from .machine.program import Program
 
 _CALLS = {
@@ -26,6 +26,8 @@ _DEVIATIONS = {
     Deviation.STOOD_STILL: "returned early from a step without getting on, expected the step's end",
     Deviation.WANTED_EVENTS: "asks for event mode, which it was not given, expected that it handles its "
     "events itself",
+    Deviation.TOO_MANY_RETURNS: f"returned early from a step again and again, got more than {MOST_RETURNS} "
+    "returns, expected the step's end",
     Deviation.NO_TIME: "the last successful time of a step is not a number, got nan, expected a time within "
     "the step",
 }

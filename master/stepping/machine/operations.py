@@ -31,9 +31,11 @@ class Deviation(IntEnum):
     ENDED_WITHIN = (1 << 32) + 2
     MISFIT = (1 << 32) + 3
     NO_TIME = (1 << 32) + 4
+    TOO_MANY_RETURNS = (1 << 32) + 5
 
 
-STOOD_STILL, WANTED_EVENTS, ENDED_WITHIN, MISFIT, NO_TIME = map(int, Deviation)
+STOOD_STILL, WANTED_EVENTS, ENDED_WITHIN, MISFIT, NO_TIME, TOO_MANY_RETURNS = map(int, Deviation)
+MOST_RETURNS = 10**6  # early returns from one step; more would look as if the run had stopped
 
 _MULTIPLIER, _MODULUS = 48271, 2147483647
 _EVENTS, _END, _EARLY, _TIME = range(4)  # cells of 8 bytes of the answers to a step of FMI 3.0
@@ -93,11 +95,12 @@ def handle_step_flags(component: int, do_step: int, t: float, h: float, answers:
     reached [s].
 
     Returns:
-        The status is STOOD_STILL if it returned without making progress, NO_TIME if the time that it reached
-        is not a number, WANTED_EVENTS if it asks for the event mode that it was not given, ENDED_WITHIN if it
-        ends the simulation before the end of the step.
+        The status is STOOD_STILL if it returned without making progress, TOO_MANY_RETURNS if it returned more
+        often than MOST_RETURNS, NO_TIME if the time that it reached is not a number, WANTED_EVENTS if it asks
+        for the event mode that it was not given, ENDED_WITHIN if it ends the simulation before the end of the
+        step.
     """
-    reached, end = t, t + h
+    reached, end, n = t, t + h, 0
     tolerance = 1e-9 * h + 4e-16 * abs(end)  # of a large time even one rounding is more than 1e-9 of a step
     while not is_bad(status) and load(answers, 0, UINT8) == 0:
         last = load(answers, _TIME, FLOAT64)
@@ -111,7 +114,10 @@ def handle_step_flags(component: int, do_step: int, t: float, h: float, answers:
             break
         elif not last > reached:
             status = STOOD_STILL
+        elif n == MOST_RETURNS:
+            status = TOO_MANY_RETURNS
         else:
+            n += 1
             reached = last
             _clear(answers)
             status = calls.do_step_3(do_step, component, reached, end - reached, answers)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from master.analysis.state_space import StateSpace
 from master.coupling.methods.catalogue import METHODS
 from tests.master.coupling.random_systems import random_linear, random_marks
 
+PROJECT = Path(__file__).parents[3]
 TRANSIENT, TICKS = 36, 84
 ALL = ("side_by_side", *METHODS)
 
@@ -27,6 +29,13 @@ def observed_ages(made):
         ages = stepped - result[f"{target}.{port.replace('u', 'seen')}"][stepped]
         found.append((ages.min(), ages.max()))
     return found
+
+
+@pytest.mark.parametrize("document", ["configs/README.md", "docs/coupling.md"])
+def test_each_method_that_is_found_is_in_the_documents(document):
+    text = (PROJECT / document).read_text(encoding="utf-8")
+
+    assert [key for key in METHODS if f"{{{key}: [" not in text] == []
 
 
 @pytest.mark.parametrize("method", ALL)

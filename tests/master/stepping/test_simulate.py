@@ -115,12 +115,41 @@ def test_the_row_in_which_a_run_diverges_is_whole():
     assert outcome.result["b.t"].tolist() == outcome.result.time.tolist()
 
 
-def test_nan_is_divergence_without_any_limit():
-    broken = Block(lambda t, h, v: {"y": float("nan") if t >= 2.0 else t}, variables(("y", "output")))
-    outcome = bench({"a": broken}).run(9)
+def broken(value):
+    """Output y is the time until 2 s, and then a value that is not finite."""
+    return Block(lambda t, h, v: {"y": value if t >= 2.0 else t}, variables(("y", "output")))
 
-    assert (outcome.status, outcome.steps) == ("diverged", 3)
-    assert outcome.cause.startswith("a.y: got nan 1")
+
+NOT_FINITE = [
+    (float("nan"), "a.y is not a number, got nan 1, expected a finite value"),
+    (float("inf"), "a.y is infinite, got inf 1, expected a finite value"),
+    (-float("inf"), "a.y is infinite, got -inf 1, expected a finite value"),
+]
+
+
+@pytest.mark.parametrize("compiled", [False, True])
+@pytest.mark.parametrize(("value", "cause"), NOT_FINITE)
+def test_a_value_that_is_not_finite_and_goes_to_an_fmu_is_divergence(value, cause, compiled):
+    outcome = bench({"a": broken(value), "b": gain()}, [wire("a.y", "b.u")]).run(9, compiled=compiled)
+
+    assert (outcome.status, outcome.steps, outcome.cause) == ("diverged", 3, cause)
+
+
+@pytest.mark.parametrize("used", [{"compared": ["a.y"]}, {"limits": {"a.y": 1e300}}])
+@pytest.mark.parametrize(("value", "cause"), NOT_FINITE)
+def test_a_value_that_is_not_finite_and_compared_or_limited_is_divergence(value, cause, used):
+    outcome = bench({"a": broken(value)}).run(9, **used)
+
+    assert (outcome.status, outcome.steps, outcome.cause) == ("diverged", 3, cause)
+
+
+@pytest.mark.parametrize("compiled", [False, True])
+@pytest.mark.parametrize(("value", "_"), NOT_FINITE)
+def test_a_value_that_is_not_finite_and_that_nobody_uses_is_a_warning(value, _, compiled):
+    outcome = bench({"a": broken(value), "b": clock()}).run(9, compiled=compiled)
+
+    assert (outcome.status, outcome.steps) == ("completed", 9)
+    assert outcome.warnings == ["a.y is not finite from t=3 s on; nothing uses it"]
 
 
 def test_a_value_at_its_limit_has_not_diverged():

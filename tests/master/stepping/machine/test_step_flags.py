@@ -6,6 +6,8 @@ import pytest
 
 from tests.stubs import OK, STEP, Block, Stub, bench, clock, variables
 
+from master.stepping.machine import operations
+
 
 class Answering(Stub):
     """A clock of FMI 3.0 whose steps get to the times that `reached` gives, with the answers of `answers`."""
@@ -72,6 +74,16 @@ def test_an_early_return_without_getting_on_ends_the_run(compiled):
 
     assert (outcome.status, outcome.steps, len(calls)) == ("failed", 0, 1)
     assert "without getting on" in str(outcome.error)
+
+
+def test_an_fmu_that_returns_early_again_and_again_ends_the_run(compiled, monkeypatch):
+    if not compiled:  # compiled code holds the number; a million returns to Python would take a while
+        monkeypatch.setattr(operations, "MOST_RETURNS", 1000)
+    outcome, calls = run(lambda t, end: (t + 1e-6 * (end - t), (False, False, True)), compiled, n_ticks=1)
+
+    assert (outcome.status, outcome.steps) == ("failed", 0)
+    assert len(calls) == (10**6 if compiled else 1000) + 1
+    assert "returned early from a step again and again" in str(outcome.error)
 
 
 def test_an_end_at_the_end_of_a_step_keeps_its_row_whole(compiled):
