@@ -180,19 +180,20 @@ def _override(instances: dict[str, Instance], signal: str, value: Setting, conne
 
 def _wires(loaded: LoadedConfig, descriptions: Mapping[str, Description], problems: list[str]) -> list[Wire]:
     wires: list[Wire] = []
-    first: dict[str, int] = {}
+    first: dict[str, tuple[int, str]] = {}
     for i, connection in _scalars(loaded, descriptions, problems):
         source = _port(loaded, descriptions, i, "from", connection.source, problems)
         target = _port(loaded, descriptions, i, "to", connection.target, problems)
         reached = connection.target if target is None else target.name
         if reached in first:
-            alias = "" if reached == connection.target else f" (an alias of {reached})"
+            j, name = first[reached]
+            alias = "" if name == connection.target else f", an alias of {name!r}"
             problems.append(
-                f"{loaded.where('connections', i, 'to')}: has two sources, got {connection.target!r}{alias} "
-                f"again, expected one connection (the other is connections[{first[reached]}])"
+                f"{loaded.where('connections', i, 'to')}: has two sources, got {connection.target!r} "
+                f"again{alias}, expected one connection (the other is connections[{j}])"
             )
             continue
-        first[reached] = i
+        first[reached] = (i, connection.target)
         if source is not None and target is not None:
             wires += _wire(loaded, i, connection, source, target, problems)
     return wires
