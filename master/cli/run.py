@@ -104,6 +104,7 @@ def _simulate(experiment: Experiment, pacer: Pacer | None, sink: ResultFiles | N
     grid = experiment.grid
     options = RunOptions(
         limits=experiment.limits,
+        compared=experiment.compared,
         scenario=experiment.scenario,
         pacer=pacer,
         sink=sink,

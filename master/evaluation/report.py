@@ -31,6 +31,7 @@ class Report:
     message: str = ""
     real_time: dict[str, Any] | None = None
     not_reached: list[str] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
 
     def as_dict(self) -> dict[str, Any]:
@@ -72,6 +73,7 @@ def _summarise(experiment: Experiment, outcome: Outcome, files: dict[str, str], 
         message=_message(outcome),
         real_time=outcome.real_time,
         not_reached=outcome.not_reached,
+        warnings=outcome.warnings,
         notes=experiment.notes,
     )
 
@@ -105,6 +107,7 @@ def summary_lines(report: Report) -> list[str]:
         label, form = _LABELS[key]
         lines.append(f"  {label:<54}{'-' if value is None else format(value, form)}")
     lines += [f"  {'an event that did not happen: when':<54}{text}" for text in report.not_reached]
+    lines += [f"  warning: {text}" for text in report.warnings]
     lines += [f"  note: {note}" for note in report.notes]
     lines += _real_time_lines(report.real_time or {})
     return lines + [f"  {kind:<54}{path}" for kind, path in report.files.items()]

@@ -37,7 +37,9 @@ class Fmi3Slave(FmuSlave):
             getters={(_kind(t), t): address(getattr(dll, f"fmi3Get{name}")) for t, name in types},
         )
 
-    def enter_initialisation(self, start: Mapping[str, float | str], t0: float) -> None:
+    def enter_initialisation(
+        self, start: Mapping[str, float | str], t0: float, stop: float | None = None
+    ) -> None:
         """
         Set start values and enter initialisation mode.
 
@@ -46,13 +48,18 @@ class Fmi3Slave(FmuSlave):
         given = Counter(self.description.by_name[key].array for key in start)
         later = [key for key in start if self._must_be_read(self.description.by_name[key], given)]
         self.set_start_values({key: value for key, value in start.items() if key not in later})
-        self._call(self._fmu.enterInitializationMode, startTime=t0)
+        self._call(self._fmu.enterInitializationMode, startTime=t0, stopTime=stop)
         self._is_readable = True
         self.set_start_values({key: start[key] for key in later})
 
     def _must_be_read(self, variable: Variable, given: Mapping[str | None, int]) -> bool:
         array = variable.array
         return array in self.description.short_starts and given[array] < variable.size
+
+    def reset(self) -> None:
+        super().reset()
+        self._started.clear()
+        self._is_readable = False
 
     def set(self, variables: Sequence[Variable], values: Sequence[float | str]) -> None:
         """Set variables; an array is set as a whole, once for all of its elements that are given."""

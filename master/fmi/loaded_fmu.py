@@ -12,10 +12,9 @@ from master.errors import FmuError
 
 from . import unpacked
 from .description import Description, Kind, Variable
+from .status import Status, described, status_name
 from .value_types import LONG, RANGES, TYPE_RANGES
 from .values import shown
-
-STATUS = ("ok", "warning", "discard", "error", "fatal", "pending")
 
 _logger = logging.getLogger("dockloop.fmu")
 
@@ -33,6 +32,7 @@ class FmuSlave:
         except Exception as error:  # FMPy and the loader raise bare exceptions
             unpacked.release(self._folder)
             raise FmuError(name, self._failure(f"cannot be loaded: {error}")) from None
+        _raise_for_negative_statuses(self._fmu)
 
     def _instantiate(self) -> Any:
         raise NotImplementedError
@@ -74,6 +74,11 @@ class FmuSlave:
         """Set configured parameters and start values."""
         self.set([self.description.by_name[key] for key in start], list(start.values()))
 
+    def reset(self) -> None:
+        self._messages.clear()
+        self._is_initialised = False
+        self._call(self._fmu.reset)
+
     def exit_initialisation(self) -> None:
         self._call(self._fmu.exitInitializationMode)
         self._is_initialised = True
@@ -102,8 +107,13 @@ class FmuSlave:
             return function(*arguments, **named)
         except Exception as error:  # FMPy: FMICallException with a status
             status = getattr(error, "status", None)
-            name = STATUS[status] if isinstance(status, int) and status < len(STATUS) else "error"
-            raise FmuError(self.name, self._failure(str(error)), status=name) from None
+            if not isinstance(status, int):
+                raise FmuError(self.name, self._failure(str(error))) from None
+            answer = f"{getattr(error, 'function', 'a call')} answered with {described(status)}"
+            said = self._failure(answer)
+            if said != answer and status != Status.ERROR:
+                said = f"{said} ({answer})"
+            raise FmuError(self.name, said, status=status_name(status)) from None
 
     def _failure(self, text: str) -> str:
         """What the FMU said is wrong; PythonFMU's note on an exception only if there is nothing else."""
@@ -112,7 +122,7 @@ class FmuSlave:
 
     def _note(self, status: int, message: bytes | None) -> None:
         text = (message or b"").decode("utf-8", errors="replace").strip()
-        _logger.debug("%s (%s): %s", self.name, STATUS[status] if status < len(STATUS) else status, text)
+        _logger.debug("%s (%s): %s", self.name, status_name(status), text)
         if status:
             self._messages.append(text)
 
@@ -120,6 +130,21 @@ class FmuSlave:
 def read_number(variable: Variable, value: Any) -> float:
     """Turn what FMPy read into a double; an integer of 64 bits stays one, with all of its digits."""
     return int(value) if variable.value_type in LONG and variable.kind is Kind.INTEGER else float(value)
+
+
+def _raise_for_negative_statuses(fmu: Any) -> None:
+    """Let an object of FMPy raise for statuses below 0 as it does for those above 1."""
+    from fmpy.fmi1 import FMICallException
+
+    call = fmu._call  # all functions of the FMU pass here; there is no public place that sees the status
+
+    def checked(function: str, *arguments: Any) -> Any:
+        result = call(function, *arguments)
+        if isinstance(result, int) and result < 0:
+            raise FMICallException(function=function, status=result)
+        return result
+
+    fmu._call = checked
 
 
 def address(function: Any) -> int:
