@@ -10,6 +10,7 @@ from functools import cached_property, lru_cache
 from pathlib import Path
 
 from . import value_types
+from .linearity import DeclaredLearning, DeclaredLinear
 from .units import Unit
 
 
@@ -120,6 +121,8 @@ class Description:
     short_starts: frozenset[str] = frozenset()
     feedthrough: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     influences: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    linear: tuple[DeclaredLinear, ...] = ()
+    learning: tuple[DeclaredLearning, ...] = ()
 
     @property
     def version(self) -> int:

@@ -20,6 +20,7 @@ from master.text.archive import Archive, ArchiveError, NotAnArchiveError
 
 from . import value_types
 from .description import DeclaredDelay, Description, Kind, Variable
+from .linearity import declared_learning, declared_linear
 from .model_elements import Faults, ModelTypes
 
 DESCRIPTION = "modelDescription.xml"
@@ -114,6 +115,8 @@ class DescriptionReader:
             ),
             feedthrough=self._feedthrough(root, is_2, declared),
             influences=_influences(root),
+            linear=declared_linear(root),
+            learning=declared_learning(root),
         )
         self.faults.raise_if_any(_MOST_FAULTS)
         return description

@@ -25,6 +25,7 @@ class FmuSlave:
     def __init__(self, name: str, description: Description) -> None:
         self.name, self.description = name, description
         self._messages: list[str] = []
+        self._ends_with_error = False
         self._is_initialised = False
         self._folder = unpacked.acquire(description, unpacked.unpack)
         try:
@@ -125,6 +126,7 @@ class FmuSlave:
         _logger.debug("%s (%s): %s", self.name, status_name(status), text)
         if status:
             self._messages.append(text)
+        self._ends_with_error = status >= Status.ERROR
 
 
 def read_number(variable: Variable, value: Any) -> float:

@@ -221,7 +221,7 @@ class _Compiler:
             conversions=np.array(list(self.conversions), dtype=np.float64).reshape(-1, CONVERSION_WIDTH),
             feeds=_table(self.feeds, FEED_WIDTH),
             measured=np.zeros((0, max(self.measured.values(), default=-1) + 1)),
-            values=self._start_values(),
+            values=np.zeros(self.n_places),
             rings=np.zeros(self.n_cells),
             states=np.zeros(len(self.system.instances), dtype=np.int64),
             loops=_table(self.loops, LOOP_WIDTH),
@@ -234,16 +234,6 @@ class _Compiler:
         interface = self.interfaces[name]
         called = [interface.component, interface.version, interface.do_step]
         return [*called, *self.inputs[name], *self.outputs[name]]
-
-    def _start_values(self) -> NDArray[np.float64]:
-        """Elements of an array that no wire sets keep their start value."""
-        values = np.zeros(self.n_places)
-        for name, instance in self.system.instances.items():
-            for v in instance.description.variables:
-                place = self.placed.get(f"{name}.{v.name}")
-                if v.element is not None and v.causality == "input" and place is not None:
-                    values[place] = float(instance.value_of(v.name) or 0.0)
-        return values
 
     def _allocate(self) -> None:
         """Outputs first: a row of the result is then read from neighbouring places."""

@@ -24,7 +24,6 @@ from master.fmi.description import read_description
 from .replayer import Link, Player
 
 ADVICE = "diagnosis builds models with effects, which needs pip install -e '.[native]'"
-SMALLEST_SHARE = 0.1
 LARGEST_SHARE = 1e4
 
 
@@ -165,7 +164,7 @@ def parameters(added: Added, sizes: Rms, start: Mapping[str, float] | None = Non
         size = scale.get(v.name, 1.0) or 1.0
         low = v.minimum if v.minimum is not None else -float("inf")
         if v.above is not None:
-            low = max(v.above, (SMALLEST_SHARE if v.name == "smoothing" else 1e-4) * size)
+            low = max(v.above, added.law.smallest_share(v.name) * size)
         high = v.maximum if v.maximum is not None else LARGEST_SHARE * size
         at = (start or {}).get(v.name, size)
         name = f"{added.fmu}.{added.prefix}_{v.name}"
