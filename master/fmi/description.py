@@ -143,6 +143,11 @@ class Description:
                 found.setdefault(v.array, []).append(v)
         return {name: tuple(elements) for name, elements in found.items()}
 
+    @cached_property
+    def inputs_in_arrays(self) -> tuple[Variable, ...]:
+        """Inputs that are elements of arrays."""
+        return tuple(v for v in self.variables if v.array is not None and v.causality == "input")
+
     def primary(self, name: str) -> Variable:
         """Find a variable, or the primary one of those that share its value; KeyError if there is none."""
         variable = self.by_name[name]

@@ -8,6 +8,7 @@ about a second.
 from __future__ import annotations
 
 import itertools
+import math
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -293,10 +294,11 @@ class DescriptionReader:
         for d in declared:
             if d.not_exchanged:
                 continue
-            shape = [self._length(e, d.where, sizes) for e in d.dimensions]
-            n = 1
-            for length in shape:
-                n *= length
+            lengths = [self._length(e, d.where, sizes) for e in d.dimensions]
+            shape = [n for n in lengths if n is not None]
+            n = math.prod(shape)
+            if len(shape) < len(lengths):
+                continue
             if n > _MOST_ELEMENTS:
                 self.faults.add(d.where, f"Dimension: got {n} elements, expected at most {_MOST_ELEMENTS}")
             elif not shape:
@@ -306,18 +308,18 @@ class DescriptionReader:
             else:
                 d.parts = tuple(_elements(d, shape))
 
-    def _length(self, e: ET.Element, of: str, sizes: Mapping[int, _Declared]) -> int:
-        """Length along a dimension: fixed, or the start value of a structural parameter."""
+    def _length(self, e: ET.Element, of: str, sizes: Mapping[int, _Declared]) -> int | None:
+        """Length along a dimension: fixed, or the start value of a structural parameter; None: a fault."""
         where = f"{of}/Dimension"
         if e.get("valueReference") is None:
-            return self.faults.integer(e, "start", where, 0, 2**64 - 1, required=True) or 0
+            return self.faults.integer(e, "start", where, 0, 2**64 - 1, required=True)
         reference = self.faults.integer(e, "valueReference", where, 0, _LARGEST_REFERENCE, required=True)
         parameter = None if reference is None else sizes.get(reference)
         if parameter is None or not parameter.starts or parameter.whole.kind is not Kind.INTEGER:
             self.faults.add(
                 where, f"valueReference: got {reference}, expected a structural parameter with a start value"
             )
-            return 0
+            return None
         return max(0, int(parameter.starts[0]))
 
     def _refuse_double_names(self, declared: Iterable[_Declared]) -> None:
@@ -412,9 +414,7 @@ def _usual_initial(causality: str, variability: str) -> str | None:
 def _elements(d: _Declared, shape: Sequence[int]) -> Iterator[Variable]:
     """Elements in row-major order; one start value is that of all, a short list leaves the rest open."""
     places = itertools.product(*(range(1, n + 1) for n in shape))
-    n = 1
-    for length in shape:
-        n *= length
+    n = math.prod(shape)
     starts: Sequence[str | None] = d.starts if len(d.starts) != 1 else [d.starts[0]] * n
     for i, place in enumerate(places):
         yield replace(

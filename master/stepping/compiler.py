@@ -69,7 +69,6 @@ class _Compiler:
     ) -> None:
         self.system = system
         self.schedule = schedule
-        self.slaves = slaves
         self.channels = channels
         self.measured = measured
         outputs = {name: i.description.outputs for name, i in system.instances.items()}
@@ -93,7 +92,6 @@ class _Compiler:
         self.n_cells = 0
         self.n_places = 0
         self.placed: dict[str, int] = {}
-        self.inputs_of: dict[str, Sequence[Variable]] = {}
         self.inputs: dict[str, tuple[int, int]] = {}
         self.outputs: dict[str, tuple[int, int]] = {}
 
@@ -223,7 +221,7 @@ class _Compiler:
             conversions=np.array(list(self.conversions), dtype=np.float64).reshape(-1, CONVERSION_WIDTH),
             feeds=_table(self.feeds, FEED_WIDTH),
             measured=np.zeros((0, max(self.measured.values(), default=-1) + 1)),
-            values=self._start_values(),
+            values=np.zeros(self.n_places),
             rings=np.zeros(self.n_cells),
             states=np.zeros(len(self.system.instances), dtype=np.int64),
             loops=_table(self.loops, LOOP_WIDTH),
@@ -237,16 +235,6 @@ class _Compiler:
         called = [interface.component, interface.version, interface.do_step]
         return [*called, *self.inputs[name], *self.outputs[name]]
 
-    def _start_values(self) -> NDArray[np.float64]:
-        """Elements of an array that no wire sets keep the value that the FMU has after initialisation."""
-        values = np.zeros(self.n_places)
-        for name, inputs in self.inputs_of.items():
-            given = {w.target.variable.name for w in self.wires[name]}
-            kept = [v for v in inputs if v.name not in given and Port(name, v).name not in self.measured]
-            for v, value in zip(kept, self.slaves[name].get(kept) if kept else (), strict=True):
-                values[self.placed[Port(name, v).name]] = value
-        return values
-
     def _allocate(self) -> None:
         """Outputs first: a row of the result is then read from neighbouring places."""
         for name in self.system.instances:
@@ -258,13 +246,12 @@ class _Compiler:
                 if signal.partition(".")[0] == name
             ]
             inputs += [w.target.variable for w in self.wires[name]]
-            self.inputs_of[name] = _completed(inputs, instance.description.arrays)
-            self.inputs[name] = self._blocks(name, self.inputs_of[name], self.interfaces[name].setters)
+            self.inputs[name] = self._blocks(name, inputs, self.interfaces[name].setters)
 
     def _blocks(self, instance: str, variables: Sequence[Variable], functions: Functions) -> tuple[int, int]:
         """One block for the scalars of each type and one for each array; the first and the one after."""
         groups: dict[tuple[Kind, int, str | None], list[Variable]] = {}
-        for v in variables:
+        for v in _completed(variables, self.system.instances[instance].description.arrays):
             groups.setdefault((v.kind, v.value_type, v.array), []).append(v)
         first = len(self.blocks)
         for (kind, value_type, _), chosen in groups.items():

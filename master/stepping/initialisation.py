@@ -75,6 +75,12 @@ def read_initial_values(
         chosen = instance.description.outputs if read is None else read[name]
         for v, value in zip(chosen, slaves[name].get(chosen), strict=True):
             values[place[Port(name, v).name]] = value
+    wired = {wire.target.name for wire in system.wires}
+    for name, instance in system.instances.items():  # of an array in part, the rest stays as the FMU has it
+        signals = [(v, Port(name, v).name) for v in instance.description.inputs_in_arrays]
+        kept = [v for v, signal in signals if signal in place and signal not in wired]
+        for v, value in zip(kept, slaves[name].get(kept) if kept else (), strict=True):
+            values[place[Port(name, v).name]] = value
     for wire in system.wires:
         source = values[place[wire.source.name]]
         values[place[wire.target.name]] = wire.conversion.factor * source + wire.conversion.offset
@@ -84,15 +90,11 @@ def read_initial_values(
 def _pull(
     schedule: Schedule, slaves: Mapping[str, Slave], wires: Sequence[Wire], sent: dict[str, float]
 ) -> list[Wire]:
-    """Set the inputs of one slave to its sources' present values; return the wires whose value changed."""
-    own: list[Wire] = []
-    others: list[Wire] = []
-    for wire in wires:
-        (own if wire.source.instance == wire.target.instance else others).append(wire)
+    """Set the inputs of one slave to its sources' present values; give the wires whose value changed."""
+    others = [w for w in wires if w.source.instance != w.target.instance]
     # what an FMU sends itself may change with each input; what others send does not
-    return [
-        w for chosen in (others, *([wire] for wire in own)) for w in _send(schedule, slaves, chosen, sent)
-    ]
+    own = [[w] for w in wires if w.source.instance == w.target.instance]
+    return [moved for part in (others, *own) for moved in _send(schedule, slaves, part, sent)]
 
 
 def _send(

@@ -209,21 +209,22 @@ def _override(
 
 def _wires(loaded: LoadedConfig, descriptions: Descriptions, problems: list[str]) -> list[Wire]:
     wires: list[Wire] = []
-    first: dict[str, int] = {}
+    first: dict[str, tuple[int, str]] = {}
     for i, connection in _scalars(loaded, descriptions, problems):
         source = _port(loaded, descriptions, i, "from", connection.source, problems)
         target = _port(loaded, descriptions, i, "to", connection.target, problems)
         reached = connection.target if target is None else target.name
         if reached in first:
+            j, name = first[reached]
             where = loaded.where("connections", i, "to")
-            alias = "" if reached == connection.target else f" (an alias of {reached})"
-            other = loaded.document.name_of(("connections", first[reached]))
+            alias = "" if name == connection.target else f", an alias of {name!r}"
+            other = loaded.document.name_of(("connections", j))
             problems.append(
-                f"{where}: has two sources, got {connection.target!r}{alias} again, "
+                f"{where}: has two sources, got {connection.target!r} again{alias}, "
                 f"expected one connection (the other is {other})"
             )
             continue
-        first[reached] = i
+        first[reached] = (i, connection.target)
         if source is not None and target is not None:
             wires += _wire(loaded, i, connection, source, target, problems)
     return wires

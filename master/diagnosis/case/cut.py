@@ -173,11 +173,19 @@ def _needed(compared: Mapping[str, str], wires: list[tuple[str, str]]) -> set[st
 
 
 def _inputs(loaded: LoadedCase, system: System, name: str) -> Mapping[str, tuple[str, str]]:
-    """Measured inputs of an FMU: variable to signal and the row it is taken from."""
-    interpolates = "input_hold" in system.instances[name].description.by_name
+    """
+    Measured inputs of an FMU: variable to signal and the row it is taken from.
+
+    One that a compared output follows at once, or may follow as far as the FMU says, is that of the
+    output's row; so is one that the FMU interpolates to the end of the step.
+    """
+    description = system.instances[name].description
+    interpolates = "input_hold" in description.by_name
+    outputs = [key.partition(".")[2] for key in loaded.case.compared if key.partition(".")[0] == name]
     found: dict[str, tuple[str, str]] = {}
     for key, entry in loaded.case.inputs.items():
         fmu, variable = SignalName(key).parts
         if fmu == name:
-            found[variable] = (entry.signal, entry.at or ("end" if interpolates else "start"))
+            follows = any(description.hands_through(variable, output) for output in outputs)
+            found[variable] = (entry.signal, entry.at or ("end" if interpolates or follows else "start"))
     return found

@@ -204,12 +204,22 @@ def _idle(loaded: LoadedCase, system: System) -> Iterator[str]:
         *case.set,
         *(w.target.name for w in system.wires),
     }
+    driven |= {_primary(system, signal) for signal in driven}
     for name in sorted(replayed):
         instance = system.instances[name]
         for v in instance.description.variables:
             key = f"{name}.{v.name}"
-            if v.causality == "input" and key not in driven and v.name not in instance.start:
+            is_driven = key in driven or v.name in instance.start or v.alias_of is not None
+            if v.causality == "input" and not is_driven:
                 yield (
                     f"{loaded.where('inputs')}: {key} is not driven, expected a signal, or a value in `set` "
                     f"where none was measured"
                 )
+
+
+def _primary(system: System, signal: str) -> str:
+    """Name of the variable that stands for all that share a value with a signal; unknown ones as they are."""
+    try:
+        return system.primary(signal).name
+    except KeyError:
+        return signal

@@ -6,13 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.linear_blocks import Linear
 from scipy.linalg import expm
-from tests.stubs import Block, bench, clock, gain, integrator, variables, wire
 
 from master.errors import ConfigError
 from master.system.config import Config, LoadedConfig
 from master.system.scenario import make_scenario
+from tests.linear_blocks import Linear
+from tests.stubs import Block, bench, clock, gain, integrator, variables, wire
 
 STIFF, SOFT, DAMP, END = 40.0, 25.0, 0.8, 1.0
 WHOLE = np.array(

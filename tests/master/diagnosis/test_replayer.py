@@ -6,11 +6,25 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.stubs import ERROR, EXCHANGE, FATAL, KELVIN, METRE, MILLIMETRE, Block, Stub, failing, gain, integrator, typed, variables
 
 from master.diagnosis.replay.replayer import Link, Player
 from master.errors import ConfigError, FmuError
 from master.fmi.value_types import FLOAT32, FLOAT64, INT64, UINT8
+from tests.stubs import (
+    ERROR,
+    EXCHANGE,
+    FATAL,
+    KELVIN,
+    METRE,
+    MILLIMETRE,
+    Block,
+    Stub,
+    failing,
+    gain,
+    integrator,
+    typed,
+    variables,
+)
 
 STEP = 0.5
 

@@ -7,11 +7,11 @@ import random
 from fractions import Fraction
 
 import pytest
-from tests.stubs import bench, clock, integrator
 
 from master.system.config import Config, LoadedConfig
 from master.system.grid import Grid, ticks_between
 from master.system.scenario import make_scenario
+from tests.stubs import bench, clock, integrator
 
 YEAR, UNIX = 31536000.0, 1764453600.0
 GRIDS = [

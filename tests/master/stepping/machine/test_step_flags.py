@@ -4,9 +4,8 @@ import ctypes
 
 import pytest
 
-from tests.stubs import OK, STEP, Block, Stub, bench, clock, variables
-
 from master.stepping.machine import operations
+from tests.stubs import OK, STEP, Block, Stub, bench, clock, variables
 
 
 class Answering(Stub):
