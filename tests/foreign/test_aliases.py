@@ -2,8 +2,8 @@
 
 import pytest
 import yaml
-from build import TYPES_3, describe_2, describe_3
-from foreign import COMPILED, run, wires
+from tests.foreign.build import TYPES_3, describe_2, describe_3
+from tests.foreign.foreign import COMPILED, run, wires
 
 from master.errors import ConfigError
 from master.experiment.prepare import Request, prepare

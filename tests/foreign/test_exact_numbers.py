@@ -1,7 +1,7 @@
 """Numbers that a double, or a float, does not hold: exact, refused, or never there."""
 
 import pytest
-from foreign import COMPILED, run, wires
+from tests.foreign.foreign import COMPILED, run, wires
 
 from master.errors import ConfigError
 from master.experiment.prepare import prepare

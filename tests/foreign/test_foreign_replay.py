@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from build import describe_2
-from foreign import COMPILED
+from tests.foreign.build import describe_2
+from tests.foreign.foreign import COMPILED
 
 from master.diagnosis.case.case import load_case
 from master.diagnosis.case.cut import cut

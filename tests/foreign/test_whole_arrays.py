@@ -1,8 +1,8 @@
 """Arrays of FMI 3.0 that are set whole or in part."""
 
 import pytest
-from build import describe_3
-from foreign import COMPILED, run, wires
+from tests.foreign.build import describe_3
+from tests.foreign.foreign import COMPILED, run, wires
 
 from master.errors import ConfigError
 

@@ -1,7 +1,7 @@
 """What a variable has from its declared type where it has none of its own."""
 
 import pytest
-from stubs.descriptions import archive
+from tests.stubs.descriptions import archive
 
 from master.fmi.description import read_description
 from master.fmi.values import parse, start_notes

@@ -1,5 +1,5 @@
 import pytest
-from stubs.descriptions import XML, archive
+from tests.stubs.descriptions import XML, archive
 
 from master.errors import ConfigError
 from master.fmi.description import Kind, read_description

@@ -5,7 +5,7 @@ import re
 from contextlib import suppress
 
 import pytest
-from stubs.descriptions import XML, archive
+from tests.stubs.descriptions import XML, archive
 
 from master.errors import ConfigError
 from master.fmi.description import read_description

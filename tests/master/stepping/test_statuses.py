@@ -6,7 +6,7 @@ import ctypes
 import math
 
 import pytest
-from stubs import EXCHANGE, OK, STEP, Block, Stub, bench, clock, gain, variables, wire
+from tests.stubs import EXCHANGE, OK, STEP, Block, Stub, bench, clock, gain, variables, wire
 
 from master.fmi.status import described
 from master.fmi.value_types import FLOAT64
