@@ -153,9 +153,10 @@ class Archive:
             if fault is not None:
                 faults.append(f"member {info.filename!r}: {fault}, expected a name inside the archive")
             elif not name.endswith("/"):
-                other = self._members.setdefault(name, info)
+                plain = PurePosixPath(name).as_posix()  # some tools write `./` before each name
+                other = self._members.setdefault(plain, info)
                 if isinstance(other, zipfile.ZipInfo) and other.CRC != info.CRC:
-                    self._ambiguous.add(name)
+                    self._ambiguous.add(plain)
         faults += [f"member {n!r}: a file and a folder" for n in _files_as_folders(self._members)]
         if faults:
             self._zip.close()

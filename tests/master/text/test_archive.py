@@ -50,6 +50,11 @@ def test_backslashes_separate_folders(tmp_path):
     assert (folder / "b" / "c.txt").read_text() == "more"
 
 
+def test_a_name_that_begins_with_a_dot_and_a_slash_is_one_without(tmp_path):
+    with Archive(packed(tmp_path, {"./b/./c.txt": "more"})) as archive:
+        assert archive.read("b/c.txt") == b"more"
+
+
 def test_a_folder_is_read_as_its_archive_is(tmp_path):
     (tmp_path / "b").mkdir()
     (tmp_path / "b" / "c.txt").write_text("more")
