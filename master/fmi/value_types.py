@@ -20,7 +20,7 @@ NAMES = (
 )
 
 LONG = (INT64, UINT64)  # types of which a double does not hold all digits
-MOST_EXACT = 2**53  # beyond it a double does not tell one integer from the next
+MOST_EXACT = 2**53 - 1  # a double of 2^53 may have been 2^53 + 1
 
 _LARGEST_FLOAT32 = (2.0 - 2.0**-23) * 2.0**127
 _WIDTHS = {INT8: 8, UINT8: 8, INT16: 16, UINT16: 16, INT32: 32, UINT32: 32, INT64: 64, UINT64: 64}
@@ -35,7 +35,7 @@ TYPE_RANGES: dict[int, tuple[float, float]] = {
     },
 }
 
-# what a wire may carry to a type, as a double: one beyond 2^53 may be another integer than its source's
+# what a wire may carry to a type, as a double: one from 2^53 on may be another integer than its source's
 RANGES: dict[int, tuple[float, float]] = {
     t: (float(max(least, -MOST_EXACT)), float(min(largest, MOST_EXACT)))
     if t in LONG

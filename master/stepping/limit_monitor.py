@@ -7,6 +7,8 @@ from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 
+from master.fmi.description import Kind
+from master.fmi.value_types import LONG, MOST_EXACT
 from master.system.graph import Port, System
 from master.system.grid import Grid
 
@@ -34,10 +36,12 @@ def make_limit_monitor(
         thresholds: See `LimitMonitor`.
     """
     names = [p.name for p in ports]
+    bounds = [min(limits.get(p.name, MOST_EXACT if _may_be_rounded(p) else LARGEST), LARGEST) for p in ports]
+    ends = [p.name in limits or (p.name in used and not _may_be_rounded(p)) for p in ports]
     return LimitMonitor(
         record=np.array([program.place[n] for n in names], dtype=np.int64),
-        limits=np.array([min(limits.get(n, LARGEST), LARGEST) for n in names], dtype=np.float64),
-        used=np.array([n in used for n in names], dtype=np.int64),
+        limits=np.array(bounds, dtype=np.float64),
+        used=np.array(ends, dtype=np.int64),
         first_beyond=np.full(len(names), -1, dtype=np.int64),
         triggers=triggers,
         thresholds=thresholds,
@@ -61,9 +65,20 @@ def what_is_beyond(port: Port, value: float, limit: float) -> str:
 
 
 def warnings(monitor: LimitMonitor, ports: Sequence[Port], grid: Grid) -> list[str]:
-    """Say which signals that nobody uses were not finite."""
+    """Say which signals that nobody uses were not finite, and which integers a double does not hold."""
     return [
-        f"{port.name} is not finite from t={grid.time(tick + 1):.9g} s on; nothing uses it"
+        _warning(port, grid.time(tick + 1))
         for port, tick in zip(ports, monitor.first_beyond.tolist(), strict=True)
         if tick >= 0
     ]
+
+
+def _warning(port: Port, time: float) -> str:
+    if _may_be_rounded(port):
+        return f"{port.name} reaches 2^53 from t={time:.9g} s on; the rows have it rounded to a double"
+    return f"{port.name} is not finite from t={time:.9g} s on; nothing uses it"
+
+
+def _may_be_rounded(port: Port) -> bool:
+    """Whether a signal can have more digits than the rows."""
+    return port.variable.kind is Kind.INTEGER and port.variable.value_type in LONG

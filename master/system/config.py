@@ -178,7 +178,7 @@ class Config(Section):
             raise ValueError(
                 f"{float(min(ticks, Fraction(10**300))):.3g} steps, expected at most {MOST_TICKS:.3g}"
             )
-        if abs(ticks - round(ticks)) > 1e-6 * max(1.0, float(ticks) * 1e-3):
+        if ticks < Fraction(1, 2) or abs(ticks - round(ticks)) > 1e-6 * max(1.0, float(ticks) * 1e-3):
             raise ValueError(f"{float(ticks):.9g} steps after start_time, expected a whole number")
         distance = math.ulp(max(abs(info.data["start_time"]), abs(stop_time)))
         if distance > FINEST * info.data["step_size"]:

@@ -70,6 +70,7 @@ class Archive:
         self.path = path
         self._zip: zipfile.ZipFile | None = None
         self._members: dict[str, zipfile.ZipInfo | Path] = {}
+        self._ambiguous: set[str] = set()  # there twice, with different contents
         if path.is_dir():
             self._list_folder()
         else:
@@ -95,9 +96,12 @@ class Archive:
 
         Raises:
             KeyError: If there is none of this name.
-            ArchiveError: If it is encrypted, damaged, or packed by a method that cannot be read.
+            ArchiveError: If it is encrypted, damaged, packed by a method that cannot be read, or there twice
+                with different contents.
         """
         member = self._members[name]
+        if name in self._ambiguous:
+            raise ArchiveError(f"{name}: twice in the archive with different contents, expected one")
         try:
             if isinstance(member, Path):
                 return member.read_bytes()
@@ -148,10 +152,11 @@ class Archive:
             fault = _name_fault(name) or _link_fault(info)
             if fault is not None:
                 faults.append(f"member {info.filename!r}: {fault}, expected a name inside the archive")
-            elif name in self._members:
-                faults.append(f"member {name!r}: twice in the archive, expected it once")
             elif not name.endswith("/"):
-                self._members[name] = info
+                plain = PurePosixPath(name).as_posix()  # some tools write `./` before each name
+                other = self._members.setdefault(plain, info)
+                if isinstance(other, zipfile.ZipInfo) and other.CRC != info.CRC:
+                    self._ambiguous.add(plain)
         faults += [f"member {n!r}: a file and a folder" for n in _files_as_folders(self._members)]
         if faults:
             self._zip.close()

@@ -60,21 +60,35 @@ def test_a_value_that_the_type_does_not_hold_is_refused(fmu, tmp_path, name, val
 
 def test_a_wire_carries_integers_up_to_the_last_exact_one(fmu, tmp_path):
     fmu("3.0")
-    fmus = {"a": {"source": "./types3.fmu", "start": {"Int64_in": 2**53}}, "b": {"source": "./types3.fmu"}}
+    fmus = {
+        "a": {"source": "./types3.fmu", "start": {"Int64_in": 2**53 - 1}},
+        "b": {"source": "./types3.fmu"},
+    }
     result = run(tmp_path, fmus, wires(("a.Int64_out", "b.Int64_in"))).result
 
-    assert result["b.Int64_out"][-1] == 2**53
+    assert result["b.Int64_out"][-1] == 2**53 - 1
 
 
 @pytest.mark.parametrize("name", ["Int64", "UInt64"])
 def test_an_integer_that_a_wire_would_round_ends_the_run(fmu, tmp_path, name):
     fmu("3.0")
-    start = {f"{name}_in": 2**60 + 1}
+    start = {f"{name}_in": BEYOND}
     fmus = {"a": {"source": "./types3.fmu", "start": start}, "b": {"source": "./types3.fmu"}}
     outcome = run(tmp_path, fmus, wires((f"a.{name}_out", f"b.{name}_in")))
 
     assert (outcome.status, outcome.steps) == ("failed", 0)
-    assert f"b.{name}_in: value does not fit {name}, got 1.15292e+18, expected from" in str(outcome.error)
+    assert f"b.{name}_in: value does not fit {name}, got 9.0072e+15, expected from" in str(outcome.error)
+
+
+def test_an_integer_that_the_rows_round_is_told(fmu, tmp_path):
+    fmu("3.0")
+    start = {"Int64_in": BEYOND, "UInt64_in": 2**53 - 1}
+    fmus = {"a": {"source": "./types3.fmu", "start": start}, "b": {"source": "./types3.fmu"}}
+    outcome = run(tmp_path, fmus, wires(("a.Int64_out", "b.Float64_in")))
+
+    end = "the rows have it rounded to a double"
+    assert (outcome.status, outcome.steps) == ("completed", 5)
+    assert outcome.warnings == [f"a.Int64_out reaches 2^53 from t=0.1 s on; {end}"]
 
 
 def test_a_number_that_a_float_does_not_hold_ends_the_run(fmu, tmp_path):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import importlib
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -84,6 +85,8 @@ def bay(tmp_path, monkeypatch):
         "read_description",
         lambda path: made[path.stem].description(path.stem) if path.stem in made else read(path),
     )
+    stub_needs_no_binary = importlib.import_module("master.cli.check")
+    monkeypatch.setattr(stub_needs_no_binary, "require_runnable", lambda descriptions: None)
     monkeypatch.setattr(simulate, "simulate", functools.partial(simulate.simulate, factory=factory))
 
     def write(text: str) -> Path:

@@ -54,8 +54,9 @@ def test_an_order_may_hold_inner_lists(load):
             "coupling.order[0].tolerance: too small, got 0, expected more than 0",
         ),
         (
-            "3",
-            "coupling.order[0]: XXX",
+            "{step: [a]}",
+            "coupling.order[0]: not an entry of the order, expected a name, a list of names or a mapping "
+            "with iterate or waveform, got a mapping",
         ),
         ("[a, [b]]", "coupling.order[0][1]: not a text, got ['b'], expected a text"),
         ("{iterate: a}", "coupling.order[0].iterate: not a list, got 'a', expected a list"),

@@ -98,7 +98,10 @@ def test_nothing_given_is_no_fault():
         ("limits: {a: 1}", "limits.a: not an 'instance.variable', got 'a'"),
         ("limits: {a.b: x}", "limits.a.b: not a number, got 'x', expected a number"),
         ("values: 3", "values: not a mapping, got 3, expected a mapping"),
-        ("values: {a: [1]}", "values.a: not a value, got [1], expected a number or a text"),
+        (
+            "values: {a: {b: 1}}",
+            "values.a: not a value, expected a number, a text, or a list of them for an array",
+        ),
         (
             "values: {a: }",
             "values.a: no value, got nothing, expected a number or a text ('' for an empty one)",

@@ -69,8 +69,8 @@ def test_an_empty_value_is_nothing():
     assert parse_value("") is None
 
 
-@pytest.mark.parametrize("text", ["[1]", "{a: 1}", "a: 1", "%}", "[", "*a", "@x"])
-def test_what_is_no_scalar_is_no_value(text):
+@pytest.mark.parametrize("text", ["[{a: 1}]", "{a: 1}", "a: 1", "%}", "[", "*a", "@x"])
+def test_what_is_no_scalar_and_no_list_of_scalars_is_no_value(text):
     with pytest.raises(ConfigError):
         parse_value(text)
 
