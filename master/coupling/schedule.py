@@ -100,6 +100,11 @@ def _iteration_faults(system: System, group: tuple[str, ...], where: str) -> lis
         for w in system.wires
         if w.extrapolation and not w.delay and {w.source.instance, w.target.instance} <= set(group)
     ]
+    faults += [
+        f"{where}: an iterated connection has no map, got {w.source.name} -> {w.target.name}"
+        for w in system.wires
+        if not (w.conversion.is_affine or w.delay) and {w.source.instance, w.target.instance} <= set(group)
+    ]
     rates = {i.every for i in members}
     if len(rates) > 1:
         faults.append(f"{where}: an iterated group has one rate, got every {sorted(rates)} ticks")

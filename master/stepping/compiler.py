@@ -20,6 +20,7 @@ from master.stepping.machine.program import (
     EXTRAPOLATE,
     HELD,
     KEEP,
+    MAP,
     OPERATION_WIDTH,
     RESTORE,
     SAVE,
@@ -60,6 +61,7 @@ class _Translator:
         self.blocks: list[list[int]] = []
         self.copies: list[list[int]] = []
         self.conversions: list[tuple[float, float]] = []
+        self.maps: list[tuple[float, float]] = []
         self.references: list[NDArray[np.uint32]] = []
         self.loops: list[list[int]] = []
         self.residuals: list[list[int]] = []
@@ -94,6 +96,7 @@ class _Translator:
             slaves=_table([self._slave(name) for name in self.names], SLAVE_WIDTH),
             copies=_table(self.copies, COPY_WIDTH),
             conversions=np.array(self.conversions, dtype=np.float64).reshape(-1, 2),
+            maps=np.array(self.maps, dtype=np.float64).reshape(-1, 2),
             values=self._start_values(),
             rings=np.zeros(self.n_cells),
             states=np.zeros(len(self.names), dtype=np.int64),
@@ -191,7 +194,11 @@ class _Translator:
         if wire.delay:
             self._add(KEEP, 1, source, target, self._cells(wire.delay), wire.delay)
             source, every = target, 1
-        if not (wire.delay and wire.conversion.is_identity):
+        if not wire.conversion.is_affine:
+            self._add(MAP, every, source, target, len(self.maps), len(wire.conversion.table))
+            self.maps += wire.conversion.table
+            source = target
+        if source != target or (wire.conversion.factor, wire.conversion.offset) != (1.0, 0.0):
             self._copy(every, source, target, self._conversion(wire))
         if has_channel:
             self._copy(every, target, self._taken(wire), self._number((1.0, 0.0)))

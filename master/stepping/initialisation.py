@@ -46,7 +46,7 @@ def _pull(
     moved = []
     for wire in system.wires_into(name):
         [value] = slaves[wire.source.instance].get([wire.source.variable])
-        value = wire.conversion.factor * value + wire.conversion.offset
+        value = wire.conversion.of(value)
         before = sent.get(wire.target.name)
         if value != before:
             slaves[name].set([wire.target.variable], [value])

@@ -203,7 +203,7 @@ class RunLoop:
                 values[place[Port(name, v).name]] = value
         for wire in self.system.wires:
             source = values[place[wire.source.name]]
-            values[place[wire.target.name]] = wire.conversion.factor * source + wire.conversion.offset
+            values[place[wire.target.name]] = wire.conversion.of(source)
         self.program.fill_rings()
         self.recorder.add(values[self.watch.record][None, :])
 

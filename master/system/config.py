@@ -72,10 +72,20 @@ class FmuEntry(Part):
 
 
 class Connection(Part):
-    """A wire; `delay` adds whole steps, `extrapolation` is the order of a polynomial one step on."""
+    """
+    A wire; `delay` adds whole steps, `extrapolation` is the order of a polynomial one step on.
+
+    The target gets `factor` times the value plus `offset`, in its own unit; a `map` replaces values of an
+    integer, a Boolean or an enumeration first and keeps those that it does not name. `units: ignored`
+    takes the number as it is, whatever the units of both ends.
+    """
 
     source: Signal = Field(alias="from")
     target: Signal = Field(alias="to")
+    units: Literal["converted", "ignored"] = "converted"
+    factor: Finite = 1.0
+    offset: Finite = 0.0
+    map: dict[int, int] = {}
     delay: Ticks = 0
     extrapolation: Annotated[int, Field(ge=0, le=2)] = 0
     tolerance: Annotated[float, Field(gt=0.0)] | None = None

@@ -16,14 +16,14 @@ from master.fmi.native.cells import LARGEST_SIZE, row_at, whole
 from master.fmi.native.jit import inner
 
 from .fmu_step import ANSWERS, copy, record, turn
-from .operations import channel, close_loop, extrapolate
+from .operations import channel, close_loop, extrapolate, mapped
 from .program import (
-    CHANNEL,
     CHECK,
     COPY,
     COPY_WIDTH,
     EXTRAPOLATE,
     KEEP,
+    MAP,
     OPERATION_WIDTH,
     SAVE,
     SLAVE_WIDTH,
@@ -65,8 +65,9 @@ class Watch(NamedTuple):
 
 
 @inner
-def _move(values: Floats, rings: Floats, channels: Floats, k: int, operation: tuple[int, ...]) -> None:
-    """Execute KEEP, EXTRAPOLATE or CHANNEL in tick k."""
+def _move(memory: Memory, k: int, operation: tuple[int, ...]) -> None:
+    """Execute KEEP, EXTRAPOLATE, CHANNEL or MAP in tick k."""
+    values, rings = memory.values, memory.rings
     code, a, b, c, d = operation
     if code == KEEP:
         cell = c + k % d
@@ -75,8 +76,10 @@ def _move(values: Floats, rings: Floats, channels: Floats, k: int, operation: tu
         values[b] = oldest
     elif code == EXTRAPOLATE:
         values[a] = extrapolate(rings, c, b, values[a])
+    elif code == MAP:
+        values[b] = mapped(memory.maps, c, d, values[a])
     else:
-        values[a] = channel(channels[b], rings, c, d, k, values[a])
+        values[a] = channel(memory.channels[b], rings, c, d, k, values[a])
 
 
 @inner
@@ -177,9 +180,8 @@ def execute(
                 status, ended = turn(row_at(slaves, SLAVE_WIDTH, a), blocks, step, room, (ended, i), general)
             elif general is None:
                 pass
-            elif code <= CHANNEL:
-                operation = (code, a, b, whole(at, 4), whole(at, 5))
-                _move(values, memory.rings, memory.channels, k, operation)
+            elif code <= MAP:
+                _move(memory, k, (code, a, b, whole(at, 4), whole(at, 5)))
             else:
                 status, i, ended, worst = _iterate(memory, i, ended)
             if worst >= 0 or status > WARNING:

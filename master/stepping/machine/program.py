@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-COPY, STEP, KEEP, EXTRAPOLATE, CHANNEL, SAVE, RESTORE, CHECK = range(8)
+COPY, STEP, KEEP, EXTRAPOLATE, CHANNEL, MAP, SAVE, RESTORE, CHECK = range(9)
 
 OPERATION_WIDTH, BLOCK_WIDTH, SLAVE_WIDTH, COPY_WIDTH = 6, 6, 7, 3  # cells of a row, see `Memory`
 
@@ -32,6 +32,7 @@ class Memory(NamedTuple):
         KEEP         source, target, first cell, n cells   the value of n ticks ago, through a ring
         EXTRAPOLATE  target, order, first cell             to the end of the step, from the last values
         CHANNEL      target, row, first cell, n cells      a fault of the measuring chain, see `channels`
+        MAP          source, target, first row, n rows     the value next to the source's in these rows of `maps`
         SAVE         slave, get_state                      state of the slave -> states
         RESTORE      slave, set_state                      states -> state of the slave
         CHECK        loop                                  back to the loop's start until its wires agree
@@ -40,6 +41,7 @@ class Memory(NamedTuple):
     `slaves`: [component, FMI version, do_step, first block to set, behind the last, first to get, behind]
     `copies`: [source, target, conversion]: values[target] = factor * values[source] + offset
     `conversions`: [factor, offset]
+    `maps`: [value, what MAP puts in its place]; a value in none of the rows stays as it is
     `rings`: cells of KEEP, EXTRAPOLATE and CHANNEL
     `states`: address of each slave's saved state
     `loops`: [operation to go back to, first row of `residuals`, behind the last, most passes, passes]
@@ -52,6 +54,7 @@ class Memory(NamedTuple):
     slaves: Integers
     copies: Integers
     conversions: Floats
+    maps: Floats
     values: Floats
     rings: Floats
     states: Integers
