@@ -24,6 +24,7 @@ class Experiment:
     system: System
     schedule: Schedule
     scenario: Scenario = field(default_factory=Scenario)
+    remarks: tuple[str, ...] = ()
 
     @property
     def grid(self) -> Grid:
@@ -37,9 +38,10 @@ class Experiment:
 
     @property
     def notes(self) -> list[str]:
-        """What a user should know before a run: the algebraic loops that the order does not solve."""
+        """What a user should know before a run: how the file was read, loops that the order does not solve."""
         found = algebraic_loops(self.system, self.schedule)
-        return [f"algebraic loop {loop.explain()}" for loop in found if not loop.is_solved]
+        unsolved = [f"algebraic loop {loop.explain()}" for loop in found if not loop.is_solved]
+        return [*self.remarks, *unsolved]
 
     @property
     def limits(self) -> dict[str, float]:

@@ -17,8 +17,8 @@ from master.coupling.schedule import make_schedule
 from master.errors import ConfigError, expected
 from master.experiment.experiment import Experiment
 from master.fmi.description import Description, read_description
-from master.ssp.reader import read_ssp
-from master.system.config import LoadedConfig, Value, load_config, with_stop_time
+from master.ssp.reader import SUFFIXES, read_ssp
+from master.system.config import LoadedConfig, Value, load_config, with_times
 from master.system.graph import build_system
 from master.system.scenario import make_scenario
 from master.text.yaml_lines import parse_value
@@ -31,6 +31,7 @@ class Request:
     variant: str | None = None
     assignments: tuple[str, ...] = ()
     stop_time: float | None = None
+    step_size: float | None = None
     flavour: str = "native"
 
 
@@ -44,10 +45,10 @@ def prepare(
         ConfigError: With every fault found at the first stage that finds any.
     """
     request = request or Request()
-    loaded = from_file = _load(path)
-    if request.stop_time is not None:
-        config = with_stop_time(loaded.config, request.stop_time)
-        loaded = LoadedConfig(config=config, document=loaded.document)
+    loaded = from_file = _load(path, request)
+    if request.stop_time is not None or request.step_size is not None:
+        config = with_times(loaded.config, request.step_size, request.stop_time)
+        loaded = loaded.model_copy(update={"config": config})
     overrides = _overrides(loaded, request)
     files = _fmu_files(loaded, request.flavour, progress)
     system = build_system(loaded, _descriptions(loaded, files), overrides)
@@ -55,7 +56,7 @@ def prepare(
     schedule = make_schedule(system, order, loaded.where("coupling", "order"))
     longer = max(loaded, from_file, key=lambda one: one.config.stop_time)  # --stop-time may cut events off
     scenario = make_scenario(longer, system)
-    experiment = Experiment(loaded.config, request.variant, system, schedule, scenario)
+    experiment = Experiment(loaded.config, request.variant, system, schedule, scenario, loaded.notes)
     return experiment if loaded.config.dpdc is None else _with_phase_lead(experiment, set(overrides))
 
 
@@ -66,12 +67,16 @@ def _with_phase_lead(experiment: Experiment, overridden: set[str]) -> Experiment
     return designed(experiment, overridden)
 
 
-def _load(path: Path) -> LoadedConfig:
-    if path.suffix != ".ssp":
+def _load(path: Path, request: Request) -> LoadedConfig:
+    if path.suffix.lower() not in SUFFIXES:
         return load_config(path)
     folder = Path(tempfile.mkdtemp(prefix="dockloop-"))
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
-    return read_ssp(path, folder)
+    try:
+        return read_ssp(path, folder, request.step_size, request.stop_time)
+    except BaseException:
+        shutil.rmtree(folder, ignore_errors=True)
+        raise
 
 
 def _overrides(loaded: LoadedConfig, request: Request) -> dict[str, tuple[str, Value]]:

@@ -49,7 +49,7 @@ class Conversion:
 
     def then(self, later: Conversion) -> Conversion:
         """
-        This conversion followed by another.
+        Join this conversion with one that follows it.
 
         Raises:
             ValueError: If a table follows a factor or an offset.

@@ -207,12 +207,13 @@ class Config(Part):
 
 
 class LoadedConfig(Part):
-    """A configuration with the file it came from, for messages."""
+    """A configuration with the file it came from, for messages, and notes on how that was read."""
 
     model_config = ConfigDict(arbitrary_types_allowed=True, frozen=True)
 
     config: Config
     document: Document
+    notes: tuple[str, ...] = ()
 
     @property
     def folder(self) -> Path:
@@ -237,18 +238,31 @@ def load_config(path: Path) -> LoadedConfig:
         raise ConfigError(
             [f"{path}:1: file: not a system, got {got}, expected a mapping with name, fmus, ..."]
         )
+    return validated(document)
+
+
+def validated(document: Document, notes: tuple[str, ...] = ()) -> LoadedConfig:
+    """
+    Validate the data of a document.
+
+    Raises:
+        ConfigError: With every fault and its place.
+    """
     try:
-        return LoadedConfig(config=Config.model_validate(document.data), document=document)
+        return LoadedConfig(config=Config.model_validate(document.data), document=document, notes=notes)
     except ValidationError as error:
         raise ConfigError(_problems(document, error)) from None
 
 
-def with_stop_time(config: Config, stop_time: float) -> Config:
-    """Replace the stop time [s]; ConfigError if it does not fit the step size."""
+def with_times(config: Config, step_size: float | None, stop_time: float | None) -> Config:
+    """Replace the step size and the stop time [s] that are given; ConfigError if they do not fit."""
+    given = {"step_size": step_size, "stop_time": stop_time}
+    changes = {key: value for key, value in given.items() if value is not None}
     try:
-        return Config.model_validate(config.model_dump(by_alias=True) | {"stop_time": stop_time})
+        return Config.model_validate(config.model_dump(by_alias=True) | changes)
     except ValidationError as error:
-        raise ConfigError(f"--stop-time: {_text(e)}" for e in error.errors()) from None
+        options = ", ".join(f"--{key.replace('_', '-')}" for key in changes)
+        raise ConfigError(f"{options}: {_text(e)}" for e in error.errors()) from None
 
 
 def _problems(document: Document, error: ValidationError) -> list[str]:

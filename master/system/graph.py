@@ -220,7 +220,8 @@ def _wire(
     if c.map and Kind.REAL in (source.variable.kind, target.variable.kind):
         problems.append(
             f"{loaded.where('connections', i)}: a map is for integers, Booleans and enumerations, "
-            f"got {source.name} ({source.variable.kind.value}) -> {target.name} ({target.variable.kind.value})"
+            f"got {source.name} ({source.variable.kind.value}) -> "
+            f"{target.name} ({target.variable.kind.value})"
         )
         return []
     table = Conversion(table=tuple(sorted((float(key), float(value)) for key, value in c.map.items())))

@@ -32,7 +32,7 @@ class Memory(NamedTuple):
         KEEP         source, target, first cell, n cells   the value of n ticks ago, through a ring
         EXTRAPOLATE  target, order, first cell             to the end of the step, from the last values
         CHANNEL      target, row, first cell, n cells      a fault of the measuring chain, see `channels`
-        MAP          source, target, first row, n rows     the value next to the source's in these rows of `maps`
+        MAP          source, target, first row, n rows     through these rows of `maps`
         SAVE         slave, get_state                      state of the slave -> states
         RESTORE      slave, set_state                      states -> state of the slave
         CHECK        loop                                  back to the loop's start until its wires agree
