@@ -38,7 +38,7 @@ class Experiment:
 
     @property
     def notes(self) -> list[str]:
-        """What a user should know before a run: how the file was read, loops that the order does not solve."""
+        """What a user should know before a run: how the file was read, loops that are not solved."""
         found = algebraic_loops(self.system, self.schedule)
         unsolved = [f"algebraic loop {loop.explain()}" for loop in found if not loop.is_solved]
         return [*self.remarks, *unsolved]

@@ -57,7 +57,9 @@ def prepare(
     longer = max(loaded, from_file, key=lambda one: one.config.stop_time)  # --stop-time may cut events off
     scenario = make_scenario(longer, system)
     experiment = Experiment(loaded.config, request.variant, system, schedule, scenario, loaded.notes)
-    return experiment if loaded.config.dpdc is None else _with_phase_lead(experiment, set(overrides))
+    if loaded.config.dpdc is None or loaded.is_designed:
+        return experiment
+    return _with_phase_lead(experiment, set(overrides))
 
 
 def _with_phase_lead(experiment: Experiment, overridden: set[str]) -> Experiment:

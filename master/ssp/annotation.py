@@ -50,7 +50,9 @@ def write_coupling(experiment: Experiment, start: Mapping[str, Mapping[str, Any]
         raise ConfigError(
             [f"{key}: cannot be written as SSP, expected a system without it" for key in unknown]
         )
-    kept = config.model_dump(by_alias=True, exclude_unset=True, include=set(PARTS))
+    is_one_variant = experiment.variant is not None or config.dpdc is not None
+    parts = set(PARTS) - ({"variants"} if is_one_variant else set())
+    kept = config.model_dump(by_alias=True, exclude_unset=True, include=parts)
     data = {
         "step_size": config.step_size,
         "every": {name: i.every for name, i in system.instances.items() if i.every > 1},

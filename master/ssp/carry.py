@@ -51,7 +51,8 @@ def carry(
             target = network.types[edge.target]
             if not trusted:
                 _refuse_other_type(carried, target, edge.transformation)
-            carried = convert(carried, target, edge.converts_units, edge.transformation)
+            step = edge.transformation
+            carried = convert(carried, target, edge.converts_units, step, trusted=trusted)
         except ValueError as error:
             raise ValueError(f"{edge.where}: {error}") from None
     return carried
@@ -83,10 +84,15 @@ def _refuse_other_type(
 
 
 def convert(
-    carried: Carried, target: DataType | None, converts_units: bool, transformation: Transformation | None
+    carried: Carried,
+    target: DataType | None,
+    converts_units: bool,
+    transformation: Transformation | None,
+    *,
+    trusted: bool = False,
 ) -> Carried:
     """
-    Take one step: units first, then the transformation.
+    Take one step: units first, then the transformation, which must fit the types unless it is `trusted`.
 
     Raises:
         ValueError: If the units are of different quantities, or the transformation is not for such values.
@@ -105,7 +111,7 @@ def convert(
             )
         found = replace(found, conversion=carried.conversion.then(between))
     if transformation is not None:
-        step = transformed(transformation, found, target)
+        step = transformed(transformation, found, target, trusted=trusted)
         try:
             found = replace(found, conversion=found.conversion.then(step))
         except ValueError as error:
@@ -120,7 +126,9 @@ def convert(
     )
 
 
-def transformed(transformation: Transformation, source: Carried, target: DataType | None) -> Conversion:
+def transformed(
+    transformation: Transformation, source: Carried, target: DataType | None, *, trusted: bool = False
+) -> Conversion:
     """
     Write a transformation as a conversion of numbers.
 
@@ -129,7 +137,7 @@ def transformed(transformation: Transformation, source: Carried, target: DataTyp
     """
     kinds = [kind for kind in (source.kind, None if target is None else target.kind) if kind is not None]
     if isinstance(transformation, Linear):
-        if kinds and kinds[-1] != "Real":
+        if kinds and kinds[-1] != "Real" and not trusted:
             raise ValueError(f"LinearTransformation is for Real alone, got {kinds[-1]}")
         return Conversion(transformation.factor, transformation.offset)
     allowed = {"Boolean": ("Boolean",), "Integer": _WHOLE, "Enumeration": ("Enumeration",)}[

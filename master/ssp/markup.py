@@ -79,7 +79,7 @@ class Node:
     @property
     def tag(self) -> str:
         """Name without the namespace."""
-        return etree.QName(self.element).localname
+        return str(etree.QName(self.element).localname)
 
     @property
     def where(self) -> str:
@@ -88,7 +88,8 @@ class Node:
 
     def get(self, name: str) -> str | None:
         """Text of an attribute."""
-        return self.element.get(name)
+        text: str | None = self.element.get(name)
+        return text
 
     def text(self, name: str) -> str:
         """Text of an attribute, empty if it is absent."""
@@ -175,7 +176,8 @@ def _faults(element: etree._Element, file: str, rules: Mapping[str, Rule]) -> It
             yield f"{file}:{child.sourceline}: an entity is not understood, expected plain XML"
         elif child.tag not in rule.children:
             known = sorted(short(tag) for tag in rule.children)
-            yield f"{place(child, file)}: not understood in {short(element.tag)}, {expected(short(child.tag), known)}"
+            wanted = expected(short(child.tag), known)
+            yield f"{place(child, file)}: not understood in {short(element.tag)}, {wanted}"
         else:
             if child.tag in seen and child.tag not in rule.many:
                 yield f"{place(child, file)}: twice in {short(element.tag)}, expected once"

@@ -226,8 +226,9 @@ def _join(network: Network, room: _Room, link: Link) -> None:
     elif end.gives is not None and start.takes is not None and not (end.takes and start.gives):
         source, target = end.gives, start.takes
     else:
+        got = f"got {start.kind} and {end.kind}"
         network.problems.append(
-            f"{link.where}: no direction, got {start.kind} and {end.kind}, expected one that gives and one that takes"
+            f"{link.where}: no direction, {got}, expected one that gives and one that takes"
         )
         return
     if not _may_follow(network, source, target):

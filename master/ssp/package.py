@@ -20,6 +20,7 @@ MOST_BYTES = 4 * 2**30  # of all files of an archive, unpacked
 MOST_RATIO = 200  # unpacked over packed size of a large file; deflate reaches 1000 on zeros alone
 LARGE = 16 * 2**20  # bytes from which on the ratio is looked at
 
+_METHOD_NAMES = {9: "deflate64", 12: "bzip2", 14: "lzma", 93: "zstd"}
 _METHODS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 _CORRUPT = (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError, ValueError, OSError)
 
@@ -141,8 +142,9 @@ def _entry_faults(info: zipfile.ZipInfo, name: str) -> list[str]:
     if info.flag_bits & 0x1:
         faults.append("encrypted, expected a file without password")
     if info.compress_type not in _METHODS:
-        method = zipfile.compressor_names.get(info.compress_type, str(info.compress_type))
-        faults.append(f"packed by a method that SSP does not allow, got {method}, expected stored or deflate")
+        method = _METHOD_NAMES.get(info.compress_type, "an unknown one")
+        got = f"got {method} ({info.compress_type})"
+        faults.append(f"packed by a method that SSP does not allow, {got}, expected stored or deflate")
     if stat.S_ISLNK(info.external_attr >> 16):
         faults.append("a link, expected files alone")
     if name.startswith("/") or ".." in name.split("/") or re.match(r"[A-Za-z]:", name):

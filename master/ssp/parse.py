@@ -250,8 +250,7 @@ def _fmu(reading: _Reading, file: _File, node: Node) -> Component | None:
             reading.descriptions[path] = read_description(path)
     except ConfigError as error:
         reading.problems += [
-            f"{node.where}: {problem.replace(str(reading.folder), '').lstrip('/')}"
-            for problem in error.problems
+            f"{node.where}: {problem.replace(f'{path}: ', '')}" for problem in error.problems
         ]
         return None
     return Component(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -62,12 +63,13 @@ def read_ssp(
     notes = (*_notes(structure, data, coupling is None, step_size is None), *others)
     notes = (*notes, *structure.notes, *resolved.notes)
     try:
-        return validated(document, notes)
+        loaded = validated(document, notes)
     except ConfigError:
         if stop_time is None:
             raise
         data["stop_time"] = stop_time
-        return validated(document, notes)
+        loaded = validated(document, notes)
+    return loaded.model_copy(update={"is_designed": coupling is not None})
 
 
 def _structure(path: Path, folder: Path) -> tuple[Structure, list[str]]:
@@ -95,12 +97,13 @@ def _data(
     problems = _annotation_faults(structure, resolved, given)
     if problems:
         raise ConfigError(problems)
+    asked = step_size if step_size is not None and 0.0 < step_size < math.inf else None
     start_time = 0.0 if structure.start_time is None else structure.start_time
     stop_time = structure.stop_time
     return {
         "name": structure.name or structure.system.name,
         "description": structure.description,
-        "step_size": step_size or given.step_size or _DEFAULT_STEP,
+        "step_size": asked or given.step_size or _DEFAULT_STEP,
         "start_time": start_time,
         "stop_time": start_time + _DEFAULT_DURATION if stop_time is None else stop_time,
         "fmus": {
@@ -132,7 +135,7 @@ def _connection(wire: ResolvedWire, given: Coupling) -> dict[str, Any]:
     found: dict[str, Any] = {"from": wire.source, "to": wire.target}
     if wire.conversion is not None:
         found |= _conversion(wire.conversion)
-    return found | given.connections.get((wire.source, wire.target), {})
+    return {**found, **given.connections.get((wire.source, wire.target), {})}
 
 
 def _conversion(conversion: Conversion) -> dict[str, Any]:

@@ -181,9 +181,8 @@ class _Flat:
                 self.problems.append(str(error))
                 continue
             if not carried.conversion.is_identity:
-                self.problems.append(
-                    f"{bound.where}: {point} is an output that is converted, expected the value on {origin} itself"
-                )
+                fault = f"{point} is an output that is converted, expected the value on {origin} itself"
+                self.problems.append(f"{bound.where}: {fault}")
             self.starts[origin.owner].setdefault(origin.connector, bound)
 
     def _say_overridden(self, point: Point, origin: Point) -> None:
@@ -197,9 +196,8 @@ class _Flat:
             elements = leaf.component.fmu.arrays.get(key)
             names = [key] if elements is None else [v.name for v in elements]
             if len(names) != len(bound.values):
-                self.problems.append(
-                    f"{bound.where}: {key} of {'.'.join(path)} has {len(names)} elements, got {len(bound.values)}"
-                )
+                got = f"got {len(bound.values)} values, expected {len(names)}"
+                self.problems.append(f"{bound.where}: {key} of {'.'.join(path)}: {got}")
                 continue
             for name, value in zip(names, bound.values, strict=True):
                 start[name] = value

@@ -207,13 +207,18 @@ class Config(Part):
 
 
 class LoadedConfig(Part):
-    """A configuration with the file it came from, for messages, and notes on how that was read."""
+    """
+    A configuration with the file it came from, for messages, and notes on how that was read.
+
+    `is_designed`: the values that a design (`dpdc: {design: auto}`) gives are among its values already.
+    """
 
     model_config = ConfigDict(arbitrary_types_allowed=True, frozen=True)
 
     config: Config
     document: Document
     notes: tuple[str, ...] = ()
+    is_designed: bool = False
 
     @property
     def folder(self) -> Path:
