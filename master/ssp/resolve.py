@@ -66,6 +66,8 @@ def resolve(structure: Structure, trusted: Collection[tuple[str, str]] = ()) -> 
     network = make_network(structure.system)
     assigned = assign(network, structure.system)
     problems = network.problems + assigned.problems
+    if not network.leaves:
+        problems.append(f"{structure.system.where}: nothing to step, got no component, expected an FMU")
     if problems:
         raise ConfigError(dict.fromkeys(problems))
     return _Flat(network, assigned, frozenset(trusted)).resolved(structure)
