@@ -246,12 +246,15 @@ def _fmu(reading: _Reading, file: _File, node: Node) -> Component | None:
         return None
     try:
         path = file.package.unpacked(location.member, reading.folder)
+    except ConfigError as error:
+        reading.problems += [f"{node.where}: {problem}" for problem in error.problems]
+        return None
+    try:
         if path not in reading.descriptions:
             reading.descriptions[path] = read_description(path)
     except ConfigError as error:
-        reading.problems += [
-            f"{node.where}: {problem.replace(f'{path}: ', '')}" for problem in error.problems
-        ]
+        hidden = [problem.replace(f"{path}: ", "") for problem in error.problems]  # a temporary folder
+        reading.problems += [f"{node.where}: {problem}" for problem in hidden]
         return None
     return Component(
         name=node.text("name"),

@@ -447,29 +447,10 @@ def test_no_damage_to_a_file_ends_in_anything_but_a_refusal(tmp_path, temporary,
     random_ = random.Random(seed)
     good = structure(outer("sub.ssd", DEFINITION))
     answers = []
-    words = [
-        '"',
-        "<",
-        ">",
-        "/",
-        "ssd:",
-        "ssc:",
-        "1",
-        "-1",
-        "1e400",
-        "&",
-        " ",
-        "name",
-        "source",
-        "..",
-        "#",
-        "\x00",
-        "é",
-        "input",
-    ]
+    words = [*'"<>/&#1 \x00é', "ssd:", "ssc:", "-1", "1e400", "name", "source", "..", "input"]
     for _ in range(60):
         text = good
-        for _ in range(random_.randint(1, 4)):
+        for _ in range(random_.randint(0, 3)):
             at = random_.randrange(len(text))
             text = text[:at] + random_.choice(words) + text[at + random_.randint(0, 6) :]
         path = write(tmp_path, "<?xml" + text[5:], {"sub.ssd": structure(inner())})
