@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from measure import answer, timed
 
-from master.experiment.prepare import prepare
+from master.api import prepare_to_run
 from master.stepping.compiler import build_program
 from master.stepping.initialisation import initialise
 from master.stepping.machine.interpreter import compiled
@@ -21,7 +21,7 @@ from master.system.grid import Grid
 
 def main(spec_path: str, n_steps: str) -> None:
     """Step a system and answer."""
-    experiment = prepare(Path(spec_path).with_name("system.yaml"))
+    experiment = prepare_to_run(Path(spec_path).with_name("system.yaml"))
     system, schedule = experiment.system, experiment.schedule
     slaves = {name: load(name, i.description) for name, i in system.instances.items()}
     initialise(system, schedule, slaves, 0.0)

@@ -97,14 +97,13 @@ def analyse(experiment: Experiment, factory: SlaveFactory = load) -> Analysis:
 
 def judge(coupled: Coupled, laboratory: Laboratory) -> Analysis:
     """Find poles and margins of a coupled system."""
-    config = laboratory.experiment.config
-    compare = config.compare
+    compare = laboratory.experiment.compare
     signal = None if compare is None else compare.signal
-    found = poles(coupled, signal, config.stop_time - config.start_time)
+    found = poles(coupled, signal, laboratory.experiment.duration)
     best = dominant(found)
     reference = None
     if compare is not None and compare.reference is not None and best is not None:
-        name = compare.reference.partition(".")[0]
+        name = compare.reference.instance
         period = coupled.step_size * coupled.schedule.every[name]
         reference = nearest(coupled.parts[name].system, period, best)
     frozen = Analysis(

@@ -13,9 +13,10 @@ from master.analysis.measures.map_plot import plot_map
 from master.analysis.measures.sweep import StabilityMap, parse_axis, stability_map
 from master.analysis.measures.zeros import zeros
 from master.analysis.summary import judge, lines, pole_dict
+from master.api import prepare_to_run
 from master.errors import ConfigError, expected
 from master.experiment.experiment import Experiment
-from master.experiment.prepare import Request, prepare
+from master.experiment.prepare import Request
 
 from .common import (
     CONFIG,
@@ -63,14 +64,14 @@ def analyse(
 ) -> None:
     """Poles, damping, and the delay and gain that each connection of CONFIG bears more."""
     request = Request(**options)
-    experiment = prepare(config, request, show_building)
+    experiment = prepare_to_run(config, request, show_building)
     if len(sweeps) > 2:
         raise ConfigError([f"--sweep: too many, got {len(sweeps)}, expected one or two"])
     laboratory = Laboratory(experiment, after_run=True)
-    title = " / ".join(filter(None, (experiment.config.name, request.variant)))
-    answer: dict[str, Any] = {"name": experiment.config.name, "variant": request.variant}
+    title = " / ".join(filter(None, (experiment.name, request.variant)))
+    answer: dict[str, Any] = {"name": experiment.name, "variant": request.variant}
     if sweeps:
-        folder = output or Path("results") / experiment.config.name / (request.variant or "default")
+        folder = output or Path("results") / experiment.name / (request.variant or "default")
         found = _sweep(laboratory, sweeps)
         folder.mkdir(parents=True, exist_ok=True)
         answer |= _map_dict(found) | {"plot": str(plot_map(found, title, folder / "stability.png"))}

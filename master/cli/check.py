@@ -26,11 +26,11 @@ def check(config: Path, as_json: bool, **options: Any) -> None:
     counts = {
         "fmus": len(experiment.system.instances),
         "connections": len(experiment.system.wires),
-        "variants": len(experiment.config.variants),
+        "variants": experiment.n_variants,
         "steps": experiment.grid.n_ticks,
     }
     if as_json:
-        print_json({"name": experiment.config.name, "status": "valid", **counts, "notes": experiment.notes})
+        print_json({"name": experiment.name, "status": "valid", **counts, "notes": experiment.notes})
         return
     click.echo(f"{config}: valid, " + ", ".join(f"{n} {what}" for what, n in counts.items()))
     for note in experiment.notes:

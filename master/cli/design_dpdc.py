@@ -41,15 +41,15 @@ def design_dpdc(
 ) -> None:
     """Design the displacement phase delay compensation of CONFIG: alpha, T, K, and what it leaves."""
     experiment = prepare(config, Request(**options), show_building)
-    wanted = experiment.config.dpdc or PhaseLead(design="auto")
+    wanted = experiment.phase_lead or PhaseLead(design="auto")
     ranges = {str(key): span for key, span in wanted.ranges.items()} | dict(map(_span, spans))
     amplitude = amplitude or wanted.amplitude
     found = design(experiment, wanted.model_copy(update={"ranges": ranges, "amplitude": amplitude}))
     if as_json:
-        about = {"name": experiment.config.name, "fmu": wanted.fmu, "amplitude": amplitude}
+        about = {"name": experiment.name, "fmu": wanted.fmu, "amplitude": amplitude}
         print_json(about | found.as_dict())
         return
-    click.echo("\n".join([f"{experiment.config.name}: phase lead of {wanted.fmu}", *_lines(found)]))
+    click.echo("\n".join([f"{experiment.name}: phase lead of {wanted.fmu}", *_lines(found)]))
 
 
 def _span(text: str) -> tuple[str, tuple[float, float]]:

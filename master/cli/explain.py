@@ -36,8 +36,8 @@ def explain(config: Path, as_json: bool, **options: Any) -> None:
 def _as_dict(experiment: Experiment) -> dict[str, Any]:
     ledger = experiment.ledger
     return {
-        "name": experiment.config.name,
-        "step_size": experiment.config.step_size,
+        "name": experiment.name,
+        "step_size": experiment.grid.step_size,
         "order": [list(group) for group in experiment.schedule.groups],
         "connections": [_entry_dict(e) for e in ledger.entries],
         "loops": [{"path": p.path, "steps": p.steps, "seconds": p.seconds} for p in ledger.loops],
@@ -62,8 +62,8 @@ def _entry_dict(e: Entry) -> dict[str, Any]:
 
 
 def _lines(experiment: Experiment) -> list[str]:
-    step = experiment.config.step_size
-    lines = [f"{experiment.config.name}: one tick is {1e3 * step:g} ms, stepped in this order"]
+    step = experiment.grid.step_size
+    lines = [f"{experiment.name}: one tick is {1e3 * step:g} ms, stepped in this order"]
     for i, group in enumerate(experiment.schedule.groups, start=1):
         rates = [n for n in (experiment.schedule.every[name] for name in group) if n > 1]
         lines.append(f"  {i}. {' | '.join(group)}" + (f"   every {rates[0]} ticks" if rates else ""))

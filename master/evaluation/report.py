@@ -42,13 +42,13 @@ def save_run(
     experiment: Experiment, outcome: Outcome, folder: Path, streamed: ResultFiles | None = None
 ) -> Report:
     """Write result files (unless streamed during the run), plot and summary.json; give the summary."""
-    compare, result = experiment.config.compare, outcome.result
+    compare, result = experiment.compare, outcome.result
     written = streamed or write_result(result, folder)
     files = {"csv": str(written.csv), "parquet": str(written.parquet)}
     metrics: Metrics = {}
     if compare is not None:
         metrics = compute_metrics(result, compare)
-        title = " / ".join(filter(None, (experiment.config.name, experiment.variant, outcome.status)))
+        title = " / ".join(filter(None, (experiment.name, experiment.variant, outcome.status)))
         files["plot"] = str(plot_run(result, compare, title, folder / "displacement_and_force.png"))
     files["summary"] = str(folder / "summary.json")
     report = _summarise(experiment, outcome, files, metrics)
@@ -60,13 +60,13 @@ def _summarise(experiment: Experiment, outcome: Outcome, files: dict[str, str], 
     t_end = experiment.grid.time(outcome.steps)
     ran = outcome.steps > 0 and outcome.seconds > 0.0
     return Report(
-        name=experiment.config.name,
+        name=experiment.name,
         variant=experiment.variant,
         status=outcome.status,
         t_end=t_end,
         steps=outcome.steps,
         us_per_step=1e6 * outcome.seconds / outcome.steps if ran else None,
-        realtime_factor=(t_end - experiment.config.start_time) / outcome.seconds if ran else None,
+        realtime_factor=(t_end - experiment.grid.t0) / outcome.seconds if ran else None,
         files=files,
         metrics=metrics,
         message=_message(outcome),

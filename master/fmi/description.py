@@ -15,7 +15,8 @@ from master.errors import ConfigError
 
 from . import value_types
 from .arrays import element_names, elements, first_number, is_ticked, not_exchanged
-from .units import Unit, units_of
+from .unit_definitions import units_of
+from .units import Unit
 
 
 class Kind(Enum):

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from master.errors import expected
-from master.system.config import Value
+from master.errors import expected, shown
+from master.text.scalar import Value, boolean_of, float_of
 
 from .description import Description, Kind, Variable
 from .value_types import RANGES
@@ -13,37 +13,50 @@ from .value_types import RANGES
 
 def parse(variable: Variable, value: Value) -> float | str:
     """
-    Turn a configured value into what the FMU takes; an enumeration takes its item's name.
+    Turn a configured value into what the FMU takes: the variable's type decides what a text is.
+
+    An enumeration takes its item's name or number, a String the text as it is written.
 
     Raises:
         ValueError: With what is expected.
     """
     if variable.kind is Kind.STRING:
         return str(value)
-    if isinstance(value, str):
-        value = _from_text(variable, value)
-    if variable.kind is Kind.BOOLEAN and value not in (0, 1):
-        raise ValueError("expected true or false")
-    if variable.items and value not in variable.items.values():
+    if variable.kind is Kind.BOOLEAN:
+        return _truth(value)
+    if isinstance(value, str) and value in variable.items:
+        return float(variable.items[value])
+    number = _number(variable, value)
+    if variable.items and number not in variable.items.values():
         raise ValueError(f"expected one of {', '.join(variable.items)}")
-    if variable.kind is not Kind.REAL and not float(value).is_integer():
+    if variable.kind is not Kind.REAL and math.isfinite(number) and not number.is_integer():
         raise ValueError("expected a whole number")
-    _refuse_out_of_range(variable, float(value))
-    return float(value)
+    _refuse_out_of_range(variable, number)
+    return number
 
 
-def _from_text(variable: Variable, text: str) -> float:
-    if variable.items:
-        if text in variable.items:
-            return variable.items[text]
-        if not text.lstrip("-").isdigit():
-            raise ValueError(expected(text, variable.items))
-    if variable.kind is Kind.BOOLEAN and text in ("true", "false"):
-        return float(text == "true")
+def _truth(value: Value) -> float:
     try:
-        return float(text)
+        return float(boolean_of(value))
     except ValueError:
-        raise ValueError("expected a number") from None
+        pass
+    try:
+        number = float_of(value)
+    except ValueError:
+        number = math.nan
+    if number not in (0.0, 1.0):
+        raise ValueError("expected true or false")
+    return number
+
+
+def _number(variable: Variable, value: Value) -> float:
+    try:
+        return float_of(value)
+    except ValueError as error:
+        if variable.items:
+            raise ValueError(expected(str(value), variable.items)) from None
+        is_word = str(error) == "not a number"
+        raise ValueError("expected a number" if is_word else f"expected a number, not {error}") from None
 
 
 def _refuse_out_of_range(variable: Variable, value: float) -> None:
@@ -88,4 +101,4 @@ def settable(d: Description, name: str, key: str, value: Value, connected: set[s
         return parse(variable, value)
     except ValueError as error:
         unit = "" if variable.unit_name == "1" else f" {variable.unit_name}"
-        raise ValueError(f"value not allowed, got {value!r}{unit}, {error}") from None
+        raise ValueError(f"value not allowed, got {shown(value)}{unit}, {error}") from None

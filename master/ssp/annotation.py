@@ -10,6 +10,7 @@ from typing import Any
 from master.errors import ConfigError, expected
 from master.experiment.experiment import Experiment
 from master.system.config import Config
+from master.text.scalar import Plain
 
 from .structure import Annotation
 
@@ -103,8 +104,17 @@ def read_coupling(annotation: Annotation) -> Coupling:
         every=data.get("every", {}),
         connections=connections,
         start=data.get("start", {}),
-        parts={key: data[key] for key in PARTS if key in data},
+        parts={key: _as_written(data[key]) for key in PARTS if key in data},
     )
+
+
+def _as_written(value: Any) -> Any:
+    """Texts as in a YAML file: the type of the variable that they are for decides what they are."""
+    if isinstance(value, dict):
+        return {key: _as_written(inner) for key, inner in value.items()}
+    if isinstance(value, list):
+        return [_as_written(inner) for inner in value]
+    return Plain(value) if isinstance(value, str) and not Plain(value).is_null else value
 
 
 def _connections(given: Any, where: str, problems: list[str]) -> dict[tuple[str, str], Mapping[str, Any]]:

@@ -10,7 +10,8 @@ from typing import Any
 
 from master.errors import ConfigError
 from master.fmi.units import Conversion
-from master.system.config import LoadedConfig, validated
+from master.system.config import Config, LoadedConfig
+from master.text.validation import validated
 from master.text.yaml_lines import Document, Place
 
 from .annotation import Coupling, read_coupling
@@ -63,13 +64,13 @@ def read_ssp(
     notes = (*_notes(structure, data, coupling is None, step_size is None), *others)
     notes = (*notes, *structure.notes, *resolved.notes)
     try:
-        loaded = validated(document, notes)
+        config = validated(Config, document, "system")
     except ConfigError:
         if stop_time is None:
             raise
         data["stop_time"] = stop_time
-        loaded = validated(document, notes)
-    return loaded.model_copy(update={"is_designed": coupling is not None})
+        config = validated(Config, document, "system")
+    return LoadedConfig(config, document, notes=notes, is_designed=coupling is not None)
 
 
 def _structure(path: Path, folder: Path) -> tuple[Structure, list[str]]:
@@ -101,7 +102,7 @@ def _data(
     start_time = 0.0 if structure.start_time is None else structure.start_time
     stop_time = structure.stop_time
     return {
-        "name": structure.name or structure.system.name,
+        "name": _name(structure.name or structure.system.name),
         "description": structure.description,
         "step_size": asked or given.step_size or _DEFAULT_STEP,
         "start_time": start_time,
@@ -117,6 +118,12 @@ def _data(
         "connections": [_connection(wire, given) for wire in resolved.wires],
         **given.parts,
     }
+
+
+def _name(text: str) -> str:
+    """Name that a folder of results can have."""
+    name = "".join("-" if c in "/\\" or not c.isprintable() else c for c in text)
+    return name if name.strip(". ") else "system"
 
 
 def _annotation_faults(structure: Structure, resolved: Resolved, given: Coupling) -> list[str]:
@@ -163,6 +170,8 @@ def _places(structure: Structure, resolved: Resolved) -> dict[Place, str]:
 def _notes(structure: Structure, data: Mapping[str, Any], is_foreign: bool, default_step: bool) -> list[str]:
     """What the file does not say and was chosen for it."""
     notes = []
+    if data["name"] != structure.name:
+        notes.append(f"the system {structure.name!r} is called {data['name']!r} here")
     step = f"{data['step_size']:.15g} s"
     if is_foreign:
         chosen = f"{step} (--step-size sets another)" if default_step else step

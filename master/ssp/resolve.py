@@ -249,7 +249,8 @@ def _names(leaves: Mapping[Path, Leaf]) -> dict[Path, str]:
     flat = all(len(path) == 1 for path in leaves)
     for path in leaves:
         forbidden = re.compile(r"[\s.<>]") if flat else _FORBIDDEN
-        wanted = SEPARATOR.join(forbidden.sub("-", part) for part in path)
+        printable = ("".join(c if c.isprintable() else "-" for c in part) for part in path)
+        wanted = SEPARATOR.join(forbidden.sub("-", part) for part in printable)
         name = wanted
         n = 2
         while name in found.values():

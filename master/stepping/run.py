@@ -30,6 +30,7 @@ from master.stepping.outcome import (
 )
 from master.system.graph import Port, System
 from master.system.grid import Grid
+from master.text.signal_name import SignalName
 
 from .machine import interpreter
 from .scenario_player import Director
@@ -181,7 +182,7 @@ class RunLoop:
             f"the iteration over {wire} does not converge, got a residual of {residual:.3g}, "
             f"expected at most {memory.tolerances[row]:.3g}"
         )
-        error = FmuError(wire.partition(".")[0], message, time=self.grid.time(self.done))
+        error = FmuError(SignalName(wire).instance, message, time=self.grid.time(self.done))
         return self._outcome(FAILED, error=error)
 
     def _make_watch(self) -> interpreter.Watch:

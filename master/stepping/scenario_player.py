@@ -23,6 +23,7 @@ from master.stepping.machine.program import (
 )
 from master.system.graph import System
 from master.system.scenario import Action, Scenario, ScenarioEvent
+from master.text.signal_name import SignalName
 
 _NEUTRAL = {MODE: float(PASS), OFFSET: 0.0, DELAY: 0.0, JITTER: 0.0}
 
@@ -46,7 +47,7 @@ class Director:
         self._acting: list[tuple[float, Action]] = []
         self._before: dict[str, float] = {}
         for name, row in program.channel_of.items():
-            start = system.instances[name.partition(".")[0]].value_of(name.partition(".")[2])
+            start = system.instances[SignalName(name).instance].value_of(SignalName(name).variable)
             program.memory.channels[row, FALLBACK] = float(start or 0.0)
             program.memory.channels[row, RANDOM] = 1.0
             program.memory.channels[row, DRAWN] = -1.0

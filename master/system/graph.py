@@ -5,12 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
-from master.errors import ConfigError, expected
+from master.errors import ConfigError, Problem, nearest
 from master.fmi.description import Description, Kind, Variable
 from master.fmi.units import Conversion, conversion
 from master.fmi.values import parse, settable
+from master.text.scalar import Value
+from master.text.signal_name import SignalName
 
-from .config import Connection, LoadedConfig, Value
+from .config import Connection, LoadedConfig
+
+Descriptions = Mapping[str, Description | None]
+"""By instance name; None where the FMU could not be read, so that nothing is said of its variables."""
 
 
 @dataclass(frozen=True)
@@ -64,10 +69,21 @@ class Wire:
 
 @dataclass(frozen=True)
 class System:
-    """Instances by name in the order of the file, and the wires between them."""
+    """
+    Instances by name in the order of the file, and the wires between them.
+
+    `unread` names the FMUs of a wrong file that could not be read; it is empty in a system that runs.
+    """
 
     instances: Mapping[str, Instance]
     wires: tuple[Wire, ...]
+    unread: tuple[str, ...] = ()
+
+    @property
+    def descriptions(self) -> dict[str, Description | None]:
+        """Description of each FMU by instance name."""
+        known = {name: i.description for name, i in self.instances.items()}
+        return known | dict.fromkeys(self.unread)
 
     def wires_into(self, instance: str) -> list[Wire]:
         """Wires that end at an instance."""
@@ -75,12 +91,12 @@ class System:
 
     def port(self, signal: str) -> Port:
         """Find `instance.variable`; KeyError if there is none."""
-        instance, _, variable = signal.partition(".")
-        return Port(instance, self.instances[instance].description.by_name[variable])
+        name = SignalName(signal)
+        return Port(name.instance, self.instances[name.instance].description.by_name[name.variable])
 
 
 def build_system(
-    loaded: LoadedConfig, descriptions: Mapping[str, Description], overrides: Mapping[str, tuple[str, Value]]
+    loaded: LoadedConfig, descriptions: Descriptions, overrides: Mapping[str, tuple[str, Value]]
 ) -> System:
     """
     Join a configuration and the descriptions of its FMUs.
@@ -93,21 +109,31 @@ def build_system(
     Raises:
         ConfigError: With every fault: unknown variables, values that do not fit, units, double sources.
     """
+    system, problems = join(loaded, descriptions, overrides)
+    if problems:
+        raise ConfigError(problems)
+    return system
+
+
+def join(
+    loaded: LoadedConfig, descriptions: Descriptions, overrides: Mapping[str, tuple[str, Value]]
+) -> tuple[System, list[str]]:
+    """Join as `build_system` does, and return what is right with the faults of the rest."""
     problems: list[str] = []
     wires = _wires(loaded, descriptions, problems)
     connected = {w.target.name for w in wires}
     instances = {
         name: Instance(name, d, loaded.config.fmus[name].every, _start(loaded, name, d, connected, problems))
         for name, d in descriptions.items()
+        if d is not None
     }
+    unread = tuple(name for name, d in descriptions.items() if d is None)
     for signal, (where, value) in overrides.items():
-        fault = _override(instances, signal, value, connected)
+        fault = _override(instances, signal, value, connected, unread)
         problems += [] if fault is None else [f"{where}: {fault}"]
-    problems += _variant_faults(loaded, instances, connected)
+    problems += _variant_faults(loaded, instances, connected, unread)
     _check_signals(loaded, descriptions, problems)
-    if problems:
-        raise ConfigError(dict.fromkeys(problems))
-    return System(instances, tuple(wires))
+    return System(instances, tuple(wires), unread), problems
 
 
 def _start(
@@ -126,7 +152,7 @@ def _start(
 
 
 def _variant_faults(
-    loaded: LoadedConfig, instances: Mapping[str, Instance], connected: set[str]
+    loaded: LoadedConfig, instances: Mapping[str, Instance], connected: set[str], unread: tuple[str, ...]
 ) -> list[str]:
     """Faults of all variants, chosen or not."""
     entries = (
@@ -136,16 +162,21 @@ def _variant_faults(
         for key, value in values.items()
     )
     faults = (
-        (where, _override(dict(instances), signal, value, connected)) for where, signal, value in entries
+        (where, _override(dict(instances), signal, value, connected, unread))
+        for where, signal, value in entries
     )
     return [f"{where}: {fault}" for where, fault in faults if fault is not None]
 
 
-def _override(instances: dict[str, Instance], signal: str, value: Value, connected: set[str]) -> str | None:
-    """Set one value over those of the file; give what is wrong with it."""
-    name, _, key = signal.partition(".")
+def _override(
+    instances: dict[str, Instance], signal: str, value: Value, connected: set[str], unread: tuple[str, ...]
+) -> str | None:
+    """Set one value over those of the file; return what is wrong with it."""
+    name, key = SignalName(signal).parts
+    if name in unread:
+        return None
     if name not in instances:
-        return f"no such FMU, got {name!r}, {expected(name, instances)}"
+        return Problem("no such FMU", got=repr(name), expected=nearest(name, instances))
     instance = instances[name]
     try:
         parsed = settable(instance.description, name, key, value, connected)
@@ -155,16 +186,18 @@ def _override(instances: dict[str, Instance], signal: str, value: Value, connect
     return None
 
 
-def _wires(loaded: LoadedConfig, descriptions: Mapping[str, Description], problems: list[str]) -> list[Wire]:
+def _wires(loaded: LoadedConfig, descriptions: Descriptions, problems: list[str]) -> list[Wire]:
     wires: list[Wire] = []
     first: dict[str, int] = {}
     for i, connection in _scalars(loaded, descriptions, problems):
         source = _port(loaded, descriptions, i, "from", connection.source, problems)
         target = _port(loaded, descriptions, i, "to", connection.target, problems)
         if connection.target in first:
+            where = loaded.where("connections", i, "to")
+            other = loaded.document.name_of(("connections", first[connection.target]))
             problems.append(
-                f"{loaded.where('connections', i, 'to')}: has two sources, got {connection.target!r} "
-                f"again, expected one connection (the other is connections[{first[connection.target]}])"
+                f"{where}: has two sources, got {connection.target!r} again, "
+                f"expected one connection (the other is {other})"
             )
             continue
         first[connection.target] = i
@@ -174,7 +207,7 @@ def _wires(loaded: LoadedConfig, descriptions: Mapping[str, Description], proble
 
 
 def _scalars(
-    loaded: LoadedConfig, descriptions: Mapping[str, Description], problems: list[str]
+    loaded: LoadedConfig, descriptions: Descriptions, problems: list[str]
 ) -> Iterator[tuple[int, Connection]]:
     """Connections with their places; one of whole arrays becomes one of each pair of elements."""
     for i, connection in enumerate(loaded.config.connections):
@@ -191,12 +224,13 @@ def _scalars(
                 yield i, connection.model_copy(update={"source": s, "target": t})
 
 
-def _elements(descriptions: Mapping[str, Description], signal: str) -> list[str]:
+def _elements(descriptions: Descriptions, signal: str) -> list[str]:
     """Signals of the elements of a whole array; empty for anything else."""
-    instance, _, variable = signal.partition(".")
-    if instance not in descriptions:
+    name = SignalName(signal)
+    description = descriptions.get(name.instance)
+    if description is None:
         return []
-    return [f"{instance}.{v.name}" for v in descriptions[instance].arrays.get(variable, ())]
+    return [f"{name.instance}.{v.name}" for v in description.arrays.get(name.variable, ())]
 
 
 def _place(element: str) -> str:
@@ -238,7 +272,7 @@ _ALLOWED = {"from": ("output",), "to": ("input",)}
 
 def _port(
     loaded: LoadedConfig,
-    descriptions: Mapping[str, Description],
+    descriptions: Descriptions,
     i: int,
     end: str,
     signal: str,
@@ -248,30 +282,44 @@ def _port(
     if fault is not None:
         problems.append(f"{loaded.where('connections', i, end)}: {fault}")
         return None
-    instance, _, variable = signal.partition(".")
-    return Port(instance, descriptions[instance].by_name[variable])
+    name = SignalName(signal)
+    description = descriptions[name.instance]
+    return None if description is None else Port(name.instance, description.by_name[name.variable])
 
 
 def signal_fault(
-    descriptions: Mapping[str, Description], signal: str, causalities: tuple[str, ...] | None
-) -> str | None:
-    """Say what is wrong with `instance.variable`; None if it exists with one of the causalities."""
-    instance, _, variable = signal.partition(".")
+    descriptions: Descriptions, signal: str, causalities: tuple[str, ...] | None
+) -> Problem | None:
+    """
+    Say what is wrong with `instance.variable`.
+
+    None if it exists with one of the causalities, or if its FMU could not be read.
+    """
+    try:
+        instance, variable = SignalName(signal).parts
+    except ValueError:
+        return Problem("not a signal", got=repr(signal), expected="'instance.variable'")
     if instance not in descriptions:
-        return f"no such FMU, got {instance!r}, {expected(instance, descriptions)}"
+        return Problem("no such FMU", got=repr(instance), expected=nearest(instance, descriptions))
     d = descriptions[instance]
-    names = [v.name for v in d.variables if causalities is None or v.causality in causalities]
-    if variable in names:
+    if d is None:
         return None
+    known = d.by_name.get(variable)
+    if known is not None and (causalities is None or known.causality in causalities):
+        return None
+    names = [v.name for v in d.variables if causalities is None or v.causality in causalities]
     if variable in d.not_exchanged:
-        return f"cannot be exchanged, got {signal} ({d.not_exchanged[variable]}), {expected(variable, names)}"
+        got = f"{signal} ({d.not_exchanged[variable]})"
+        return Problem("cannot be exchanged", got=got, expected=nearest(variable, names))
     what = "variable" if causalities is None else " or ".join(causalities)
-    return f"no such {what} of {instance} ({d.model_name}), got {variable!r}, {expected(variable, names)}"
+    return Problem(
+        f"no such {what} of {instance} ({d.model_name})",
+        got=repr(variable),
+        expected=nearest(variable, names),
+    )
 
 
-def _check_signals(
-    loaded: LoadedConfig, descriptions: Mapping[str, Description], problems: list[str]
-) -> None:
+def _check_signals(loaded: LoadedConfig, descriptions: Descriptions, problems: list[str]) -> None:
     compare = loaded.config.compare
     named = {} if compare is None else {k: v for k, v in compare.model_dump().items() if isinstance(v, str)}
     for key, signal in named.items():

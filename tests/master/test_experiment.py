@@ -106,7 +106,7 @@ def test_what_is_not_an_assignment_is_refused(bay, text):
             "--set mass.siz: no such variable in mass (integrator), got 'siz', "
             "expected 'size' (of u, x, size, choice, on, count, label)",
         ),
-        ("mass.size=.nan", "--set mass.size: value not allowed, got nan m, expected a finite number"),
+        ("mass.size=.nan", "--set mass.size: value not allowed, got .nan m, expected a finite number"),
         ("mass.size=wide", "--set mass.size: value not allowed, got 'wide' m, expected a number"),
         (
             "mass.u=3",
@@ -160,3 +160,72 @@ def test_a_wrong_order_is_shown_with_its_line(bay):
         "system.yaml:15: coupling.order: stands twice, got 'mass', expected each FMU once",
         "system.yaml:15: coupling.order: incomplete, got no clock, expected every FMU once",
     ]
+
+
+def test_faults_of_all_stages_come_at_once(bay):
+    text = TEXT.replace("step_size: 0.5", "step_sice: 0.5").replace("  clock.t: 3.0\n", "  clock.x: 3.0\n")
+    text = text.replace("{source: clock.fmu}", "{source: clock.fmu, every: 0}")
+    text += "coupling: {order: [clock, mass, moon]}\nevents: [{at: 1, freeze: mass.x}]\n"
+    faults = bay.faults(text + "extra: 3\n", assignments=("mass.siz=3", "x"), variant="bigg")
+
+    assert [fault.split(", ")[0] for fault in faults] == [
+        "system.yaml:5: fmus.clock.every: too small",
+        "system.yaml:2: step_sice: unknown key",
+        "system.yaml:16: extra: unknown key",
+        "--variant: no such variant",
+        "--set: not an assignment",
+        "--set mass.siz: no such variable in mass (integrator)",
+        "system.yaml:13: limits.clock.x: no such output of clock (clock)",
+        "system.yaml:14: coupling.order: no such FMU",
+        "system.yaml:15: events[0]: mass.x: not a connected input",
+    ]
+
+
+def test_nothing_is_said_of_an_fmu_that_cannot_be_read(bay):
+    text = TEXT.replace("integrator.fmu", "nothing.fmu") + "coupling: {order: [clock, mass]}\n"
+    text += (
+        "events: [{at: 1, freeze: mass.u}, {at: 1, set: {mass.size: 3}}, {when: mass.x > 1, drop: mass.u}]\n"
+    )
+
+    assert bay.faults(text, assignments=("mass.nothing=3",)) == [
+        "system.yaml:6: fmus.mass.source: no such file, got 'nothing.fmu', expected an FMU at nothing.fmu"
+    ]
+
+
+def test_a_signal_is_set_once(bay):
+    assert bay.faults(TEXT, assignments=("mass.size=3", "mass.size=4")) == [
+        "--set mass.size: is given twice, expected one value"
+    ]
+
+
+@pytest.mark.parametrize("text", ["010", "1.10", "true", "1e3", "12:30", "2024-01-05", "yes", "null"])
+def test_a_string_is_the_text_as_written(bay, text):
+    written = TEXT.replace("size: 1.0", f"label: {text}")
+
+    assert prepare(bay.write(written)).system.instances["mass"].start == {"label": text}
+    assert start_of(bay, assignments=(f"mass.label={text}",))["label"] == text
+
+
+def test_a_number_with_a_leading_zero_is_decimal(bay):
+    assert start_of(bay, assignments=("mass.size=010",))["size"] == 10.0
+
+
+@pytest.mark.parametrize("value", ["true", "yes", "1:30", "1_0", "0b1"])
+def test_a_word_is_no_number(bay, value):
+    [fault] = bay.faults(TEXT.replace("size: 1.0", f"size: {value}"))
+
+    assert fault.startswith("system.yaml:6: fmus.mass.parameters.size: value not allowed, got ")
+    assert fault.endswith(", expected a number")
+
+
+def test_a_run_may_end_at_zero(bay):
+    grid = prepare(bay.write(TEXT.replace("stop_time: 4.0", "start_time: -5\nstop_time: 0"))).grid
+
+    assert (grid.t0, grid.n_ticks) == (-5.0, 10)
+
+
+@pytest.mark.parametrize("step_size", ["1e300", "1e-300", "1e-20"])
+def test_a_step_that_no_run_bears_is_refused(bay, step_size):
+    [fault] = bay.faults(TEXT.replace("step_size: 0.5", f"start_time: 3\nstep_size: {step_size}"))
+
+    assert fault.startswith("system.yaml:4: stop_time: ")

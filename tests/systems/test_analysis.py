@@ -172,9 +172,10 @@ def test_forward_difference_has_an_unstable_second_mode():
 @pytest.mark.parametrize("flavour", ["python", "fmi3"])
 def test_every_flavour_gives_the_same_poles(flavour):
     from master.analysis.summary import analyse
-    from master.experiment.prepare import Request, prepare
+    from master.api import prepare_to_run
+    from master.experiment.prepare import Request
 
     request = Request(variant="cfdc_dpdc", flavour=flavour)
-    found = analyse(prepare(CONFIGS / "low_frequency.yaml", request)).dominant
+    found = analyse(prepare_to_run(CONFIGS / "low_frequency.yaml", request)).dominant
 
     assert found.s == pytest.approx(analysed("low_frequency", "cfdc_dpdc").dominant.s, rel=1e-6)

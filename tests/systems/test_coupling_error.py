@@ -14,7 +14,7 @@ import pytest
 import yaml
 from stubs import bench
 
-from master.experiment.prepare import prepare
+from master.api import prepare_to_run
 from master.stepping.simulate import simulate
 
 END = 0.4
@@ -47,7 +47,7 @@ def coupled_fmus(folder, name, extrapolation, step, integrator="semi_implicit"):
     given |= {"connections": loop.connections(order, extrapolation), "coupling": {"order": order}}
     file = folder / f"{step:g}.yaml"
     file.write_text(yaml.safe_dump(given))
-    return prepare(file)
+    return prepare_to_run(file)
 
 
 def of_fmus(experiment):

@@ -182,10 +182,10 @@ class _Rig:
         )
 
     def _motions(self) -> tuple[Mode | None, Mode | None, Mode | None, float]:
-        compare = self.laboratory.experiment.config.compare
+        compare = self.laboratory.experiment.compare
         if compare is None:
             return None, None, None, 0.0
-        name, step = compare.signal.partition(".")[0], self.coupled.step_size
+        name, step = compare.signal.instance, self.coupled.step_size
         place = self.coupled.parts[name].outputs.index(compare.signal)
         answers = np.array(_Motion(self.coupled, self.nominal).over(self.ticks).answers[name])
         motion, run = np.concatenate([[0.0], answers[:, place]]), self.result[compare.signal]

@@ -15,7 +15,7 @@ from master.fmi.description import Kind
 from master.fmi.values import parse
 from master.stepping.simulate import SlaveFactory, load, simulate
 from master.system.graph import Instance, System
-from master.system.grid import Grid
+from master.text.signal_name import SignalName
 
 from .tick_matrix import Coupled, Part
 
@@ -66,7 +66,7 @@ class Laboratory:
         """
         system = changed(self.system, changes or {})
         parts = {name: self._part(system, instance) for name, instance in system.instances.items()}
-        schedule, step = self.experiment.schedule, self.experiment.config.step_size
+        schedule, step = self.experiment.schedule, self.experiment.grid.step_size
         return Coupled(system, schedule, parts, step, extra or {})
 
     def question(self, system: System, instance: Instance) -> Question:
@@ -75,7 +75,7 @@ class Laboratory:
         wires = [w for w in system.wires_into(name) if w.source.variable.kind is Kind.REAL]
         inputs = real([w.target.variable for w in wires])
         used = {w.source.variable.name for w in system.wires if w.source.instance == name}
-        used |= {s.partition(".")[2] for s in self._watched() if s.startswith(f"{name}.")}
+        used |= {SignalName(s).variable for s in self._watched() if s.startswith(f"{name}.")}
         outputs = real([v for v in description.outputs if v.name in used])
         return Question(
             instance=instance,
@@ -83,8 +83,8 @@ class Laboratory:
             starts=start_variables(description, instance.start) if outputs and not inputs else (),
             outputs=outputs,
             held=tuple(self._held[f"{name}.{v.name}"] for v in inputs),
-            step_size=self.experiment.config.step_size * instance.every,
-            t0=self.experiment.config.start_time,
+            step_size=self.experiment.grid.step_size * instance.every,
+            t0=self.experiment.grid.t0,
         )
 
     def _part(self, system: System, instance: Instance) -> Part:
@@ -101,15 +101,15 @@ class Laboratory:
         return measure(question, self.factory)
 
     def _watched(self) -> list[str]:
-        compare = self.experiment.config.compare
+        compare = self.experiment.compare
         if compare is None:
             return []
         return [s for s in (compare.signal, compare.reproduced, compare.reference) if s is not None]
 
     def _initial_inputs(self) -> dict[str, float]:
         """Values that the inputs have at the start of a run."""
-        system, config = self.system, self.experiment.config
-        grid = Grid(config.start_time, config.step_size, 0)
+        system = self.system
+        grid = replace(self.experiment.grid, n_ticks=0)
         start = simulate(system, self.experiment.schedule, grid, factory=self.factory).result
         return {w.target.name: w.conversion.of(float(start[w.source.name][0])) for w in system.wires}
 
@@ -136,6 +136,6 @@ def changed(system: System, changes: Mapping[str, float]) -> System:
     """Replace parameters by `instance.parameter`."""
     instances = dict(system.instances)
     for signal, value in changes.items():
-        name, _, key = signal.partition(".")
+        name, key = SignalName(signal).parts
         instances[name] = replace(instances[name], start={**instances[name].start, key: value})
     return replace(system, instances=instances)

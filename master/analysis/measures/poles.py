@@ -14,6 +14,7 @@ from scipy.linalg import eig, eigvals
 
 from master.analysis.closed_loop.tick_matrix import Coupled
 from master.analysis.state_space import StateSpace
+from master.text.signal_name import SignalName
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
@@ -96,7 +97,7 @@ def _weights(
     coupled: Coupled, signal: str | None, found: tuple[Complexes, Complexes, Complexes], duration: float
 ) -> list[float]:
     z, left, right = found
-    instance = "" if signal is None else signal.partition(".")[0]
+    instance = "" if signal is None else SignalName(signal).instance
     pushed = [w for w in coupled.wires if w.target.instance == instance]
     if signal is None or not pushed or coupled.period != 1:
         return [0.0] * len(z)

@@ -9,7 +9,7 @@ from typing import Any
 from fmu_sources.export import build
 from master.diagnosis.answer.report.page import page
 from master.diagnosis.answer.report.panels import panels
-from master.diagnosis.case.case import load_case
+from master.diagnosis.case.case import read_case
 from master.diagnosis.judge.diagnose import Diagnosis, diagnose
 from master.diagnosis.search.study import Progress
 from master.experiment.prepare import prepare
@@ -27,7 +27,7 @@ def answer(path: Path, folder: Path, progress: Progress) -> dict[str, Any]:
     Raises:
         ConfigError: If the case or what it names is wrong.
     """
-    diagnosis = diagnose(load_case(path), progress)
+    diagnosis = diagnose(read_case(path), progress)
     try:
         progress("models with effects are written")
         corrected = correct(diagnosis, folder)

@@ -16,6 +16,7 @@ from fmu_sources.framework.model import Model
 from fmu_sources.framework.variables import Role
 from master.diagnosis.case.cut import CutSystem, Values
 from master.diagnosis.numerics.arrays import Array
+from master.text.signal_name import SignalName
 
 from .replay import Bench
 from .replayer import Player
@@ -71,7 +72,7 @@ def slot_signals(
         inputs = _inputs(bench, fmu, model, replayed)
         seen = dict(inputs)
         if (model.slots and model.n_continuous) or not model.group(Role.STATE):
-            states = {k.partition(".")[2]: v for k, v in replayed.items() if k.startswith(f"{fmu}.")}
+            states = {SignalName(k).variable: v for k, v in replayed.items() if k.startswith(f"{fmu}.")}
             called = _by_arrays(model, values[fmu], inputs, states)
         elif model.slots:
             called = _by_steps(model, values[fmu], inputs, bench.period)

@@ -17,6 +17,7 @@ from scipy.signal import fftconvolve
 
 from master.diagnosis.numerics.arrays import Array
 from master.diagnosis.replay.candidate_models import Added
+from master.text.signal_name import SignalName
 
 from .study import Study, merged
 
@@ -28,7 +29,7 @@ class Injection:
     """Answers of a part's outputs to anything added in one slot (`fmu.slot`), around its base."""
 
     def __init__(self, study: Study, slot: str, values: Mapping[str, float]) -> None:
-        fmu, _, name = slot.partition(".")
+        fmu, name = SignalName(slot).parts
         self.study, self.added = study, Added(fmu, name, "offset")
         study.pool.build([(self.added,)], study.progress)
         self.steps: dict[str, Array] = {}

@@ -19,6 +19,7 @@ from master.diagnosis.numerics.least_squares import STEP, Fit, Parameter, bounde
 from master.diagnosis.numerics.periods import likely_periods
 from master.diagnosis.numerics.quanta import likely_steps
 from master.diagnosis.replay.candidate_models import Added, fixed_values, parameters
+from master.text.signal_name import SignalName
 
 from .injection import Injection
 from .study import Extended, Study
@@ -233,7 +234,7 @@ def _probed(
 
 
 def _short(added: Added, name: str) -> str:
-    return name.partition(".")[2].removeprefix(added.prefix + "_")
+    return SignalName(name).variable.removeprefix(added.prefix + "_")
 
 
 def _unit(added: Added, name: str) -> str:

@@ -20,6 +20,7 @@ from master.diagnosis.numerics.arrays import Array
 from master.diagnosis.replay.candidate_models import Added, fixed_values
 from master.diagnosis.replay.slot_signals import ARRAYS
 from master.diagnosis.search.study import Study
+from master.text.signal_name import SignalName
 
 MECHANICAL = (
     *(("position", "velocity"), ("position", "sign"), ("velocity", "position")),
@@ -61,7 +62,7 @@ def laws(study: Study, slots: Sequence[str]) -> list[list[Law]]:
     """Laws that fit the slots (`fmu.slot`); variants of one law that differ in a period stand together."""
     found = []
     for key in slots:
-        fmu, _, name = key.partition(".")
+        fmu, name = SignalName(key).parts
         slot = study.system.slots(fmu)[name]
         pairs = MECHANICAL if place(slot) is Place.MECHANICAL else SIGNAL
         has = {*roles(slot), "value", "memory", "time", "cycle"}

@@ -77,7 +77,7 @@ def _orders(experiment: Experiment) -> list[tuple[str, int, list[str | list[str]
 def _ordered(
     named: tuple[str, int], experiment: Experiment, loops: Sequence[Coupled], schedule: Schedule
 ) -> Ordered:
-    ledger = make_ledger(experiment.system, schedule, experiment.config.step_size)
+    ledger = make_ledger(experiment.system, schedule, experiment.grid.step_size)
     late = tuple(f"{e.source} -> {e.target}" for e in ledger.entries if e.mean > 0.0)
     force = [loop for loop in ledger.loops if set(_FORCE_PATH) <= set(loop.path)]
     signal = None if schedule.iterations else "spacecraft.s_des"

@@ -64,18 +64,18 @@ def _key(experiment: Experiment) -> Any:
         for key, value in instance.start.items()
         if key not in ("seed", "sigma")
     }
-    return experiment.config.name, experiment.schedule.groups, tuple(sorted(values.items()))
+    return experiment.name, experiment.schedule.groups, tuple(sorted(values.items()))
 
 
 @lru_cache(maxsize=64)
 def _judged(key: Any) -> Judged:
     experiment = _KEYS[key]
     coupled = Laboratory(experiment).coupled()
-    compare = experiment.config.compare
+    compare = experiment.compare
     best = dominant(poles(coupled, None if compare is None else compare.signal))
     reference = None
     if best is not None and compare is not None and compare.reference is not None:
-        name = compare.reference.partition(".")[0]
+        name = compare.reference.instance
         reference = nearest(coupled.parts[name].system, coupled.step_size, best)
     return Judged(best, reference, growth_rate(coupled))
 

@@ -70,10 +70,14 @@ def test_all_faults_of_a_case_are_reported_at_once(tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("at: end", "at: noon", "8: inputs.axis.der_q.at: input should be 'start' or 'end', got 'noon'"),
-        ("select, sealed", "sealed", "10: split: blocks: got no select, expected fit, select and sealed"),
+        (
+            "at: end",
+            "at: noon",
+            "8: inputs.axis.der_q.at: not one of the choices, got 'noon', expected 'start' or 'end'",
+        ),
+        ("select, sealed", "sealed", "10: split: blocks, got no select, expected fit, select and sealed"),
         ("rate_of: q", "scale: 2", "7: signals.der_q: a signal has either 'column' or 'rate_of'"),
-        ("fmus:", "nodes:", "2: nodes: unknown key, expected"),
+        ("fmus:", "nodes:", "2: nodes: unknown key, got a mapping, expected"),
         (
             "{rate_of: q}",
             "{rate_of: der_q}",

@@ -115,9 +115,9 @@ def test_faults_of_system_and_recordings_are_reported_at_once(folder):
             {"recordings__run": {"file": "run.npz", "rows": [0, 2000]}},
             "recordings.run: run.npz: rows, got",
         ),
-        ({"split": {p: ["run"] for p in ("fit", "select", "sealed")}}, "split: 'run' stands 3 times"),
+        ({"split": {p: ["run"] for p in ("fit", "select", "sealed")}}, "split: 'run' is used 3 times"),
         ({"split__sealed": ["run"]}, "split: all recordings are sealed, expected one to cut into blocks"),
-        ({"signals__f__scale": 0}, "signals.f: scale: got 0, expected another number"),
+        ({"signals__f__scale": 0}, "signals.f: scale, got 0, expected another number"),
     ],
 )
 def test_fault_says_what_is_wrong_and_what_was_expected(changed, message, folder):

@@ -3,8 +3,8 @@ from dataclasses import replace
 
 import pytest
 
+from master.api import prepare_to_run
 from master.evaluation.report import save_run, summary_lines
-from master.experiment.prepare import prepare
 from master.stepping import simulate
 from master.stepping.outcome import RunOptions
 
@@ -27,7 +27,7 @@ def saved(bay):
         text = TEXT
         for old, new in replaced:
             text = text.replace(old, new)
-        experiment = prepare(bay.write(text))
+        experiment = prepare_to_run(bay.write(text))
         options = RunOptions(limits=experiment.limits)
         outcome = simulate.simulate(
             experiment.system, experiment.schedule, experiment.grid, options=options, compiled=False
@@ -89,7 +89,7 @@ def test_without_a_comparison_there_is_no_plot_and_no_metric(saved):
 def test_speed_is_time_per_step_and_simulated_time_over_time(saved, bay):
     _, outcome = saved(("offset: 0.01", "offset: 1e6"))
     report = save_run(
-        prepare(bay.folder / "system.yaml"), replace(outcome, seconds=0.012), bay.folder / "out"
+        prepare_to_run(bay.folder / "system.yaml"), replace(outcome, seconds=0.012), bay.folder / "out"
     )
 
     assert report.us_per_step == pytest.approx(2000.0)

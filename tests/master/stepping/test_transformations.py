@@ -4,6 +4,7 @@ import pytest
 
 from master.errors import ConfigError
 from master.fmi.units import Conversion, Unit
+from master.system.config import load_config
 from tests.stubs.bench import bench, wire
 from tests.stubs.blocks import clock, gain, typed
 
@@ -77,6 +78,18 @@ def test_two_maps_follow_each_other():
     joined = first.then(second)
 
     assert [joined.of(v) for v in (0.0, 1.0, 2.0, 3.0, 4.0, 9.0)] == [5.0, 5.0, 3.0, 3.0, 6.0, 9.0]
+
+
+def test_a_yaml_file_gives_all_of_them(tmp_path):
+    path = tmp_path / "s.yaml"
+    path.write_text(
+        "name: s\nstop_time: 1\nfmus: {a: {source: spacecraft}}\nconnections:\n"
+        "  - {from: a.x, to: a.y, units: ignored, factor: 2e3, offset: -1, map: {0: 1, -2: 5}}\n"
+    )
+    [connection] = load_config(path).config.connections
+
+    assert (connection.units, connection.factor, connection.offset) == ("ignored", 2000.0, -1.0)
+    assert connection.map == {0: 1, -2: 5}
 
 
 def test_a_map_cannot_follow_a_factor():
