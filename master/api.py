@@ -20,7 +20,7 @@ def prepare_to_run(
         FmuError: If an FMU fails during the design.
     """
     experiment = prepare(path, request, progress)
-    if experiment.phase_lead is None:
+    if experiment.phase_lead is None or experiment.is_designed:
         return experiment
     from master.analysis.design.phase_lead import designed
 

@@ -18,7 +18,18 @@ from master.errors import ConfigError, expected
 from master.experiment.experiment import Experiment
 from master.experiment.prepare import Request
 
-from .common import CONFIG, FLAVOUR, JSON, SET, STDERR, VARIANT, answers_errors, print_json, show_building
+from .common import (
+    CONFIG,
+    FLAVOUR,
+    JSON,
+    SET,
+    STDERR,
+    STEP_SIZE,
+    VARIANT,
+    answers_errors,
+    print_json,
+    show_building,
+)
 
 
 @click.command()
@@ -33,6 +44,7 @@ from .common import CONFIG, FLAVOUR, JSON, SET, STDERR, VARIANT, answers_errors,
     help="Stability over one or two parameters, or delays of connected inputs; writes a PNG.",
 )
 @click.option("--zeros", "pair", metavar="INPUT:OUTPUT", help="Zeros from a connected input to an output.")
+@STEP_SIZE
 @FLAVOUR
 @click.option(
     "--output",

@@ -10,13 +10,14 @@ import click
 from master.experiment.prepare import Request, prepare
 from master.fmi.unpacked import require_runnable
 
-from .common import CONFIG, FLAVOUR, JSON, SET, VARIANT, answers_errors, print_json, show_building
+from .common import CONFIG, FLAVOUR, JSON, SET, STEP_SIZE, VARIANT, answers_errors, print_json, show_building
 
 
 @click.command()
 @CONFIG
 @VARIANT
 @SET
+@STEP_SIZE
 @FLAVOUR
 @JSON
 @answers_errors

@@ -21,6 +21,9 @@ VARIANT = click.option("--variant", metavar="V", help="Take a named variant of t
 SET = click.option(
     "--set", "assignments", multiple=True, metavar="FMU.PARAMETER=VALUE", help="Set a value; may be repeated."
 )
+STEP_SIZE = click.option(
+    "--step-size", type=float, metavar="H", help="Step by H seconds instead of the file's step size."
+)
 FLAVOUR = click.option(
     "--flavour",
     type=click.Choice(FLAVOURS),

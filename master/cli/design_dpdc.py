@@ -13,7 +13,7 @@ from master.errors import ConfigError
 from master.experiment.prepare import Request, prepare
 from master.system.config import PhaseLead
 
-from .common import CONFIG, FLAVOUR, JSON, SET, VARIANT, answers_errors, print_json, show_building
+from .common import CONFIG, FLAVOUR, JSON, SET, STEP_SIZE, VARIANT, answers_errors, print_json, show_building
 
 
 @click.command("design-dpdc")
@@ -32,6 +32,7 @@ from .common import CONFIG, FLAVOUR, JSON, SET, VARIANT, answers_errors, print_j
     type=click.Choice(["paper", "plant"]),
     help="Gain of the lead at its frequency: 1 (paper), or what undoes the plant's attenuation.",
 )
+@STEP_SIZE
 @FLAVOUR
 @JSON
 @answers_errors

@@ -12,13 +12,14 @@ from master.coupling.ledger import Entry, Ledger
 from master.experiment.experiment import Experiment
 from master.experiment.prepare import Request, prepare
 
-from .common import CONFIG, FLAVOUR, JSON, SET, VARIANT, answers_errors, print_json, show_building
+from .common import CONFIG, FLAVOUR, JSON, SET, STEP_SIZE, VARIANT, answers_errors, print_json, show_building
 
 
 @click.command()
 @CONFIG
 @VARIANT
 @SET
+@STEP_SIZE
 @FLAVOUR
 @JSON
 @answers_errors

@@ -31,7 +31,18 @@ from master.stepping.outcome import (
 )
 from master.stepping.pacing import CONTINUE, STOP, Pacer
 
-from .common import CONFIG, FLAVOUR, JSON, SET, STDERR, VARIANT, answers_errors, print_json, show_building
+from .common import (
+    CONFIG,
+    FLAVOUR,
+    JSON,
+    SET,
+    STDERR,
+    STEP_SIZE,
+    VARIANT,
+    answers_errors,
+    print_json,
+    show_building,
+)
 
 _EXIT = {
     COMPLETED: 0,
@@ -60,6 +71,7 @@ def _pace(_: click.Context, __: click.Parameter, value: float | None) -> float |
 @VARIANT
 @SET
 @click.option("--stop-time", type=float, metavar="T", help="Stop at T seconds instead of the file's time.")
+@STEP_SIZE
 @FLAVOUR
 @click.option(
     "--output",

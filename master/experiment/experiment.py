@@ -23,7 +23,8 @@ class Experiment:
     A checked system, ready to run.
 
     `config` is what was read, for writing the system again; all that a run or an analysis needs of it has a
-    name here. `overridden` are the signals that a variant or `--set` gave a value.
+    name here. `overridden` are the signals that a variant or `--set` gave a value; `remarks` say how the
+    file was read; `is_designed` if the values of a phase lead are those of an earlier design.
     """
 
     config: Config
@@ -32,6 +33,8 @@ class Experiment:
     schedule: Schedule
     scenario: Scenario = field(default_factory=Scenario)
     overridden: frozenset[str] = frozenset()
+    remarks: tuple[str, ...] = ()
+    is_designed: bool = False
 
     @property
     def name(self) -> str:
@@ -78,11 +81,12 @@ class Experiment:
         """
         What a user should know before a run.
 
-        These are the algebraic loops that the order does not solve, and start values of the FMUs themselves
-        that break their own rules.
+        These are how the file was read, the algebraic loops that the order does not solve, and start values
+        of the FMUs themselves that break their own rules.
         """
         loops = algebraic_loops(self.system, self.schedule)
-        notes = [f"algebraic loop {loop.explain()}" for loop in loops if not loop.is_solved]
+        notes = [*self.remarks]
+        notes += [f"algebraic loop {loop.explain()}" for loop in loops if not loop.is_solved]
         for name, instance in self.system.instances.items():
             found = start_notes(instance.description, instance.start)
             notes += [f"{name}.{note}" for note in found[:_MOST_NOTES]]

@@ -14,8 +14,8 @@ from master.coupling.methods.method import Method
 from master.coupling.schedule import Schedule, make_schedule
 from master.errors import ConfigError, Problem, nearest
 from master.fmi.description import Description, read_description
-from master.ssp.reader import read_ssp
-from master.system.config import UNKNOWN_SOURCE, LoadedConfig, read_config, with_stop_time
+from master.ssp.reader import SUFFIXES, read_ssp
+from master.system.config import UNKNOWN_SOURCE, LoadedConfig, read_config, with_times
 from master.system.graph import Descriptions, System, join
 from master.system.scenario import Scenario, make_scenario
 from master.text.scalar import Setting
@@ -36,6 +36,7 @@ class Request:
     variant: str | None = None
     assignments: tuple[str, ...] = ()
     stop_time: float | None = None
+    step_size: float | None = None
     flavour: str = "native"
 
 
@@ -48,15 +49,20 @@ def prepare(
     Raises:
         ConfigError: With every fault of the file and the request.
     """
-    return _Preparation(_load(path), request or Request(), progress).experiment()
+    request = request or Request()
+    return _Preparation(_load(path, request), request, progress).experiment()
 
 
-def _load(path: Path) -> LoadedConfig:
-    if path.suffix != ".ssp":
+def _load(path: Path, request: Request) -> LoadedConfig:
+    if path.suffix.lower() not in SUFFIXES:
         return read_config(path)
     folder = Path(tempfile.mkdtemp(prefix="dockloop-"))
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
-    return read_ssp(path, folder)
+    try:
+        return read_ssp(path, folder, request.step_size, request.stop_time)
+    except BaseException:
+        shutil.rmtree(folder, ignore_errors=True)
+        raise
 
 
 class _Preparation:
@@ -70,7 +76,7 @@ class _Preparation:
 
     def experiment(self) -> Experiment:
         """Go through all stages."""
-        loaded = self._with_stop_time()
+        loaded = self._with_times()
         descriptions = self._descriptions()
         overrides = self._overrides(descriptions)
         system, problems = join(loaded, descriptions, overrides)
@@ -81,14 +87,22 @@ class _Preparation:
         self._check_phase_lead(system)
         if self.problems or schedule is None:
             raise ConfigError(self.problems)
-        overridden = frozenset(overrides)
-        return Experiment(loaded.config, self.request.variant, system, schedule, scenario, overridden)
+        return Experiment(
+            config=loaded.config,
+            variant=self.request.variant,
+            system=system,
+            schedule=schedule,
+            scenario=scenario,
+            overridden=frozenset(overrides),
+            remarks=loaded.notes,
+            is_designed=loaded.is_designed,
+        )
 
-    def _with_stop_time(self) -> LoadedConfig:
-        if self.request.stop_time is None:
+    def _with_times(self) -> LoadedConfig:
+        if self.request.stop_time is None and self.request.step_size is None:
             return self.loaded
         try:
-            config = with_stop_time(self.loaded.config, self.request.stop_time)
+            config = with_times(self.loaded.config, self.request.step_size, self.request.stop_time)
         except ConfigError as error:
             self.problems += error.problems
             return self.loaded

@@ -40,15 +40,53 @@ class Unit:
 
 @dataclass(frozen=True)
 class Conversion:
-    """Value at the target = factor * value at the source + offset."""
+    """
+    Value at the target = factor * m(value at the source) + offset.
+
+    m takes a value that is a key of `table` to the value next to it and keeps every other.
+    """
 
     factor: float = 1.0
     offset: float = 0.0
+    table: tuple[tuple[float, float], ...] = ()
 
     @property
     def is_identity(self) -> bool:
         """Whether nothing changes."""
-        return self.factor == 1.0 and self.offset == 0.0
+        return self.is_affine and not self.is_scaled
+
+    @property
+    def is_affine(self) -> bool:
+        """Whether there is no table."""
+        return not self.table
+
+    @property
+    def is_scaled(self) -> bool:
+        """Whether factor or offset change anything."""
+        return (self.factor, self.offset) != (1.0, 0.0)
+
+    def of(self, value: float) -> float:
+        """Convert one value."""
+        mapped = dict(self.table).get(value, value)
+        return self.factor * mapped + self.offset if self.is_scaled else mapped
+
+    def then(self, later: Conversion) -> Conversion:
+        """
+        Join this conversion with one that follows it.
+
+        Raises:
+            ValueError: If a table follows a factor or an offset.
+        """
+        if self.is_identity:
+            return later
+        if later.is_affine:
+            factor = later.factor * self.factor
+            return Conversion(factor, later.factor * self.offset + later.offset, self.table)
+        if (self.factor, self.offset) != (1.0, 0.0):
+            raise ValueError("a mapping after a linear transformation")
+        first, second = dict(self.table), dict(later.table)
+        table = second | {key: second.get(value, value) for key, value in first.items()}
+        return Conversion(later.factor, later.offset, tuple(sorted(table.items())))
 
 
 def conversion(source: Unit | None, target: Unit | None) -> Conversion | None:

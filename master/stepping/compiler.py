@@ -18,6 +18,7 @@ from master.stepping.machine.program import (
     COPY_WIDTH,
     FEED_WIDTH,
     LOOP_WIDTH,
+    MAP_WIDTH,
     OPERATION_WIDTH,
     RESIDUAL_WIDTH,
     SLAVE_WIDTH,
@@ -82,6 +83,7 @@ class _Compiler:
         self.blocks: list[list[int]] = []
         self.copies: list[list[int]] = []
         self.feeds: list[list[int]] = []
+        self.maps: list[tuple[float, float]] = []
         self.conversions: dict[tuple[float, float], int] = {}
         self.references: list[NDArray[np.uint32]] = []
         self.loops: list[list[int]] = []
@@ -123,7 +125,11 @@ class _Compiler:
             self._add(Operation.KEEP, 1, source, target, self._cells(wire.delay), wire.delay)
             source = target
             every = 1
-        if not (wire.delay and wire.conversion.is_identity):
+        if not wire.conversion.is_affine:
+            self._add(Operation.MAP, every, source, target, len(self.maps), len(wire.conversion.table))
+            self.maps += wire.conversion.table
+            source = target
+        if source != target or wire.conversion.is_scaled:
             self.copy(source, target, every, wire)
         if has_channel:
             self.copy(target, self.arrived(wire), every)
@@ -219,6 +225,7 @@ class _Compiler:
             slaves=_table([self._slave(name) for name in self.system.instances], SLAVE_WIDTH),
             copies=_table(self.copies, COPY_WIDTH),
             conversions=np.array(list(self.conversions), dtype=np.float64).reshape(-1, CONVERSION_WIDTH),
+            maps=np.array(self.maps, dtype=np.float64).reshape(-1, MAP_WIDTH),
             feeds=_table(self.feeds, FEED_WIDTH),
             measured=np.zeros((0, max(self.measured.values(), default=-1) + 1)),
             values=np.zeros(self.n_places),

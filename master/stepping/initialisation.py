@@ -83,7 +83,7 @@ def read_initial_values(
             values[place[Port(name, v).name]] = value
     for wire in system.wires:
         source = values[place[wire.source.name]]
-        values[place[wire.target.name]] = wire.conversion.factor * source + wire.conversion.offset
+        values[place[wire.target.name]] = wire.conversion.of(source)
     program.fill_rings()
 
 
@@ -105,9 +105,7 @@ def _send(
     targets: list[Variable] = []
     values: list[float] = []
     for wire, taken in zip(wires, _read(slaves, wires), strict=True):
-        value = (
-            taken if wire.conversion.is_identity else wire.conversion.factor * taken + wire.conversion.offset
-        )
+        value = wire.conversion.of(taken)
         before = sent.get(wire.target.name)
         if value != before:
             targets.append(wire.target.variable)

@@ -61,10 +61,20 @@ class FmuEntry(Section):
 
 
 class Connection(Section):
-    """A wire; `delay` adds whole steps, `extrapolation` is the order of a polynomial one step on."""
+    """
+    A wire; `delay` adds whole steps, `extrapolation` is the order of a polynomial one step on.
+
+    The target gets `factor` times the value plus `offset`, in its own unit; a `map` replaces values of an
+    integer, a Boolean or an enumeration first and keeps those that it does not name. `units: ignored`
+    takes the number as it is, whatever the units of both ends.
+    """
 
     source: Signal = Field(alias="from", examples=["spacecraft.s_des"])
     target: Signal = Field(alias="to", examples=["contact.s_act"])
+    units: Literal["converted", "ignored"] = "converted"
+    factor: Finite = 1.0
+    offset: Finite = 0.0
+    map: Annotated[dict[Integer, Integer], OrEmpty] = {}
     delay: Ticks = 0
     extrapolation: Annotated[Integer, Field(ge=0, le=2)] = 0
     tolerance: Positive | None = None
@@ -197,14 +207,17 @@ class Config(Section):
 @dataclass(frozen=True)
 class LoadedConfig:
     """
-    A configuration with the file it came from, for messages.
+    A configuration with the file it came from, for messages, and notes on how that was read.
 
     `problems` are faults of the file; with any of them, `config` is what is left without them.
+    `is_designed`: the values that a design (`dpdc: {design: auto}`) gives are among its values already.
     """
 
     config: Config
     document: Document
     problems: list[Problem] = field(default_factory=list)
+    notes: tuple[str, ...] = ()
+    is_designed: bool = False
 
     @property
     def folder(self) -> Path:
@@ -242,18 +255,22 @@ def load_config(path: Path) -> LoadedConfig:
     return loaded
 
 
-def with_stop_time(config: Config, stop_time: float) -> Config:
-    """Replace the stop time [s]; ConfigError if it does not fit the step size."""
+def with_times(config: Config, step_size: float | None, stop_time: float | None) -> Config:
+    """Replace the step size and the stop time [s] that are given; ConfigError if they do not fit."""
+    given = {"step_size": step_size, "stop_time": stop_time}
+    changes = {key: value for key, value in given.items() if value is not None}
     try:
         Config.model_validate(
             {
                 "name": config.name,
                 "step_size": config.step_size,
                 "start_time": config.start_time,
-                "stop_time": stop_time,
+                "stop_time": config.stop_time,
                 "fmus": config.fmus,
+                **changes,
             }
         )
     except ValidationError as error:
-        raise ConfigError(problems_of(error, "--stop-time")) from None
-    return config.model_copy(update={"stop_time": stop_time})
+        options = ", ".join(f"--{key.replace('_', '-')}" for key in changes)
+        raise ConfigError(problems_of(error, options)) from None
+    return config.model_copy(update=changes)

@@ -264,7 +264,8 @@ def _place(element: str) -> str:
 def _wire(
     loaded: LoadedConfig, i: int, c: Connection, source: Port, target: Port, problems: list[str]
 ) -> list[Wire]:
-    found = conversion(source.variable.unit, target.variable.unit)
+    ignored = c.units == "ignored"
+    found = Conversion() if ignored else conversion(source.variable.unit, target.variable.unit)
     if found is None:
         problems.append(
             f"{loaded.where('connections', i)}: units differ, "
@@ -274,7 +275,16 @@ def _wire(
     if Kind.STRING in (source.variable.kind, target.variable.kind):
         problems.append(f"{loaded.where('connections', i)}: strings cannot be connected, got {source.name}")
         return []
-    return [Wire(source, target, c.delay, found, c.extrapolation, c.tolerance)]
+    if c.map and Kind.REAL in (source.variable.kind, target.variable.kind):
+        problems.append(
+            f"{loaded.where('connections', i)}: a map is for integers, Booleans and enumerations, "
+            f"got {source.name} ({source.variable.kind.value}) -> "
+            f"{target.name} ({target.variable.kind.value})"
+        )
+        return []
+    table = Conversion(table=tuple(sorted((float(key), float(value)) for key, value in c.map.items())))
+    carried = found.then(table).then(Conversion(c.factor, c.offset))
+    return [Wire(source, target, c.delay, carried, c.extrapolation, c.tolerance)]
 
 
 def _with_unit(port: Port) -> str:

@@ -2,14 +2,14 @@
 
 import pytest
 import yaml
-from tests.foreign.build import TYPES_3, describe_2, describe_3
-from tests.foreign.foreign import COMPILED, run, wires
 
 from master.errors import ConfigError
 from master.experiment.prepare import Request, prepare
 from master.fmi.description import read_description
 from master.stepping.outcome import RunOptions
 from master.stepping.simulate import simulate
+from tests.foreign.build import TYPES_3, describe_2, describe_3
+from tests.foreign.foreign import COMPILED, run, wires
 
 pytestmark = COMPILED
 

@@ -1,12 +1,12 @@
 """Numbers that a double, or a float, does not hold: exact, refused, or never there."""
 
 import pytest
-from tests.foreign.foreign import COMPILED, run, wires
 
 from master.errors import ConfigError
 from master.experiment.prepare import prepare
 from master.fmi.description import read_description
 from master.fmi.fmi3 import Fmi3Slave
+from tests.foreign.foreign import COMPILED, run, wires
 
 pytestmark = COMPILED
 

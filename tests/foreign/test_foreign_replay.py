@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-from tests.foreign.build import describe_2
-from tests.foreign.foreign import COMPILED
 
 from master.diagnosis.case.case import load_case
 from master.diagnosis.case.cut import cut
 from master.diagnosis.replay.replayer import Link, Player
 from master.fmi.description import read_description
+from tests.foreign.build import describe_2
+from tests.foreign.foreign import COMPILED
 
 pytestmark = COMPILED
 

@@ -1,10 +1,10 @@
 """Arrays of FMI 3.0 that are set whole or in part."""
 
 import pytest
-from tests.foreign.build import describe_3
-from tests.foreign.foreign import COMPILED, run, wires
 
 from master.errors import ConfigError
+from tests.foreign.build import describe_3
+from tests.foreign.foreign import COMPILED, run, wires
 
 pytestmark = COMPILED
 

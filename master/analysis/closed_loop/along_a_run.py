@@ -71,10 +71,7 @@ def linearity_along_run(laboratory: Linearisation, frozen: LinearSystem) -> Line
     if frozen.period != 1 or not any(p != 0 for p in periods.values()):
         return None
     result = _run(laboratory)
-    held = {
-        w.target.name: w.conversion.factor * float(result[w.source.name][0]) + w.conversion.offset
-        for w in system.wires
-    }
+    held = {w.target.name: w.conversion.of(float(result[w.source.name][0])) for w in system.wires}
     questions = {
         name: replace(q, held=tuple(held[f"{name}.{v.name}"] for v in q.inputs)) for name, q in asked.items()
     }

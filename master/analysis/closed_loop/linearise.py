@@ -107,10 +107,7 @@ class Linearisation:
         system = self.system
         grid = replace(self.experiment.grid, n_ticks=0)
         start = simulate(system, self.experiment.schedule, grid, factory=self.factory).result
-        return {
-            w.target.name: w.conversion.factor * float(start[w.source.name][0]) + w.conversion.offset
-            for w in system.wires
-        }
+        return {w.target.name: w.conversion.of(float(start[w.source.name][0])) for w in system.wires}
 
 
 def frozen(system: System, *, after_run: bool) -> tuple[System, tuple[Assumption, ...]]:

@@ -46,6 +46,11 @@ class Iterated(Method):
             f"{w.source.name} -> {w.target.name}" for w in system.wires if w.extrapolation and self.closes(w)
         ]
         found += extrapolation.faults(inner, where)
+        found += [
+            f"{where}: an iterated connection has no map, got {w.source.name} -> {w.target.name}"
+            for w in system.wires
+            if not w.conversion.is_affine and self.closes(w)
+        ]
         rates = {i.every for i in members}
         if len(rates) > 1:
             found.append(f"{where}: an iterated group has one rate, got every {sorted(rates)} ticks")

@@ -13,9 +13,8 @@ from master.fmi.native.cells import LARGEST_SIZE, integer_at, row_at
 from master.fmi.native.jit import inner
 
 from .fmu_step import ANSWERS, RESTORED, SAVED, STEPPED, copy, feed, record, step_fmu
-from .operations import ENDED_WITHIN, channel, close_loop, extrapolate, is_bad
+from .operations import ENDED_WITHIN, channel, close_loop, extrapolate, is_bad, mapped
 from .program import (
-    CHANNEL,
     CHECK,
     COLLECT,
     COPY,
@@ -24,6 +23,7 @@ from .program import (
     FEED,
     FEED_WIDTH,
     KEEP,
+    MAP,
     OPERATION_WIDTH,
     SAVE,
     SLAVE_WIDTH,
@@ -99,7 +99,7 @@ def finite_only(places: NDArray[np.int64]) -> LimitMonitor:
 
 @inner
 def _move(memory: Memory, k: int, code: int, a: int, b: int, c: int, d: int) -> None:
-    """Execute KEEP, COLLECT, EXTRAPOLATE or CHANNEL in tick k."""
+    """Execute KEEP, COLLECT, EXTRAPOLATE, CHANNEL or MAP in tick k."""
     values, rings = memory.values, memory.rings
     if code == KEEP:
         cell = c + k % d
@@ -110,6 +110,8 @@ def _move(memory: Memory, k: int, code: int, a: int, b: int, c: int, d: int) -> 
         values[b + k % c] = values[a]
     elif code == EXTRAPOLATE:
         values[a] = extrapolate(rings, c, b, values[a])
+    elif code == MAP:
+        values[b] = mapped(memory.maps, c, d, values[a])
     else:
         values[a] = channel(memory.channels[b], rings, c, d, k, values[a])
 
@@ -232,7 +234,7 @@ def execute(
                 feed(row_at(feeds, FEED_WIDTH, a), row_at(feeds, FEED_WIDTH, b), tick, values)
             elif general is None:
                 pass
-            elif code <= CHANNEL:
+            elif code <= MAP:
                 _move(memory, k, code, a, b, integer_at(at, 4), integer_at(at, 5))
             elif code == CHECK:
                 decision = close_loop(memory, a, i)

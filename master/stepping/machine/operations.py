@@ -160,6 +160,15 @@ def channel(row: Floats, rings: Floats, first: int, n: int, k: int, value: float
 
 
 @inner
+def mapped(maps: Floats, first: int, n: int, value: float) -> float:
+    """Value that n rows of `maps` put in the place of another; the value itself where none names it."""
+    for j in range(first, first + n):
+        if maps[j, 0] == value:
+            return maps[j, 1]  # type: ignore[no-any-return]
+    return value
+
+
+@inner
 def close_loop(memory: Memory, loop: int, here: int) -> LoopDecision:
     """Decide after a pass over an iterated group whether its wires agree."""
     back, first, after, maximum, passes = memory.loops[loop]

@@ -22,6 +22,8 @@ values, one place for each signal; a connection with a unit conversion has facto
 |             |        |           |            |   | was in the last `order` executions, one further    |
 | CHANNEL     | target | row       | first cell | n | values[target] passes the fault in that row of     |
 |             |        |           |            |   | `channels`, its past in n cells of `rings`         |
+| MAP         | source | target    | first      | n | values[target] = second of that of n rows of       |
+|             |        |           |            |   | `maps` whose first is values[source], else itself  |
 | SAVE        | slave  | get_state |            |   | states[slave] = state of the slave                 |
 | RESTORE     | slave  | set_state |            |   | state of the slave = states[slave]                 |
 | CHECK       | loop   |           |            |   | goes on if each residual of that row of `loops` is |
@@ -55,9 +57,10 @@ class Operation(IntEnum):
     COLLECT = 4
     EXTRAPOLATE = 5
     CHANNEL = 6
-    SAVE = 7
-    RESTORE = 8
-    CHECK = 9
+    MAP = 7
+    SAVE = 8
+    RESTORE = 9
+    CHECK = 10
 
 
 class Mode(IntEnum):
@@ -83,7 +86,7 @@ class Channel(IntEnum):
 
 
 # The same as integers, for compiled code: enumerations there cost seconds of compilation.
-COPY, FEED, STEP, KEEP, COLLECT, EXTRAPOLATE, CHANNEL, SAVE, RESTORE, CHECK = map(int, Operation)
+COPY, FEED, STEP, KEEP, COLLECT, EXTRAPOLATE, CHANNEL, MAP, SAVE, RESTORE, CHECK = map(int, Operation)
 PASS, FREEZE, DROP = map(int, Mode)
 MODE, OFFSET, DELAY, JITTER, FALLBACK, RANDOM, DRAWN, MORE, HELD = map(int, Channel)
 
@@ -94,6 +97,7 @@ SLAVE_WIDTH = 7
 COPY_WIDTH = 3
 FEED_WIDTH = 2
 CONVERSION_WIDTH = 2
+MAP_WIDTH = 2
 LOOP_WIDTH = 5
 RESIDUAL_WIDTH = 3
 
@@ -107,6 +111,7 @@ class Memory(NamedTuple):
     `slaves`: [component, FMI version, do_step, first block to set, after the last, first to get, after]
     `copies`: [source, target, conversion]
     `conversions`: [factor, offset]
+    `maps`: [value, what MAP puts in its place]
     `feeds`: [target, column]
     `measured`: values that FEED copies, a row for each tick and one before the first
     `values`: one place for each signal
@@ -122,6 +127,7 @@ class Memory(NamedTuple):
     slaves: Integers
     copies: Integers
     conversions: Floats
+    maps: Floats
     feeds: Integers
     measured: Floats
     values: Floats

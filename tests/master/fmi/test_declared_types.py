@@ -1,10 +1,10 @@
 """What a variable has from its declared type where it has none of its own."""
 
 import pytest
-from tests.stubs.descriptions import archive
 
 from master.fmi.description import read_description
 from master.fmi.values import parse, start_notes
+from tests.stubs.descriptions import archive
 
 TYPES_2 = """
   <SimpleType name="T">

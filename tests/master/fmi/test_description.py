@@ -1,9 +1,9 @@
 import pytest
-from tests.stubs.descriptions import XML, archive
 
 from master.errors import ConfigError
 from master.fmi.description import Kind, read_description
 from master.fmi.value_types import FLOAT64, INT32, INT_BOOLEAN
+from tests.stubs.descriptions import XML, archive
 
 U = "ModelVariables/ScalarVariable 'u'"
 

@@ -5,10 +5,10 @@ import re
 from contextlib import suppress
 
 import pytest
-from tests.stubs.descriptions import XML, archive
 
 from master.errors import ConfigError
 from master.fmi.description import read_description
+from tests.stubs.descriptions import XML, archive
 
 XML_3 = """<?xml version="1.0" encoding="UTF-8"?>
 <fmiModelDescription fmiVersion="3.0" modelName="Rope" instantiationToken="{1}">

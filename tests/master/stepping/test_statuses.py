@@ -6,10 +6,10 @@ import ctypes
 import math
 
 import pytest
-from tests.stubs import EXCHANGE, OK, STEP, Block, Stub, bench, clock, gain, variables, wire
 
 from master.fmi.status import described
 from master.fmi.value_types import FLOAT64
+from tests.stubs import EXCHANGE, OK, STEP, Block, Stub, bench, clock, gain, variables, wire
 
 NAMED = {
     -1: "status -1, which FMI does not define, expected 0 to 5",

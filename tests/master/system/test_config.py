@@ -1,7 +1,7 @@
 import pytest
 
 from master.errors import ConfigError
-from master.system.config import load_config, with_stop_time
+from master.system.config import load_config, with_times
 
 HEAD = "name: test\nstop_time: 1.0\nfmus:\n  a: {source: clock.fmu}\n"
 
@@ -176,9 +176,9 @@ def test_a_stop_time_that_binary_numbers_cannot_hold_is_taken(load):
 def test_another_stop_time_must_fit_too(load):
     config = load(HEAD).config
 
-    assert with_stop_time(config, 0.25).n_ticks == 250
+    assert with_times(config, None, 0.25).n_ticks == 250
     with pytest.raises(ConfigError) as caught:
-        with_stop_time(config, 0.0005)
+        with_times(config, None, 0.0005)
     assert caught.value.problems == [
         "--stop-time: 0.5 steps after start_time, got 0.0005, expected a whole number"
     ]
