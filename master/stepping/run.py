@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import signal
 import time
 from collections.abc import Callable, Iterator, Mapping
@@ -131,8 +132,10 @@ class RunLoop:
 
     def _diverged(self, where: int) -> Outcome:
         port, bound = self.ports[where], self.watch.limits[where]
-        value, unit = self.program.values[self.watch.record[where]], port.variable.unit_name
-        cause = f"{port.name}: got {value:.6g} {unit}, expected a magnitude of at most {bound:.6g} {unit}"
+        value = self.program.values[self.watch.record[where]]
+        unit = "" if port.variable.unit_name == "1" else f" {port.variable.unit_name}"
+        limit = f"a magnitude of at most {bound:.6g}{unit}" if math.isfinite(bound) else "a number"
+        cause = f"{port.name}: got {value:.6g}{unit if math.isfinite(value) else ''}, expected {limit}"
         return self._outcome(DIVERGED, cause=cause)
 
     def _failed(self, operation: int, status: int) -> Outcome:

@@ -73,7 +73,7 @@ def test_an_odd_file_gives_a_system_or_faults_with_their_place(bay, seed):
 DATES = ["2001-99-99", "2001-01-01T99:00:00", "2024-01-05"]
 NUMBERS = ["0b_", "9" * 400, "9" * 5000, "1:30", "010", "1_0", ".nan", "-.inf", "1e400", "1e-400"]
 YAML = ["&a", "*a", "&z [*z]", "!!python/name:os.system x", "!!binary x", "!x", "<<: 3", "? [a]", "---"]
-SIGNS = list("[]{}#'|>@`%~\\\t\n\0") + ['"', ": ", "- ", "\x1b[0m", '"\\e[0m"', "\u2028", "\ufeff"]
+SIGNS = [*"[]{}#'|>@`%~\\\t\n\0", '"', ": ", "- ", "\x1b[0m", '"\\e[0m"', "\u2028", "\ufeff"]
 WORDS = ["null", "", "true", "mass.u", "mass.", ".u", "clock.t > ", "a" * 300]
 PIECES = DATES + NUMBERS + YAML + SIGNS + WORDS
 WHOLE = (
