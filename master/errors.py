@@ -22,6 +22,7 @@ EXIT_FMU = 3
 EXIT_DIVERGED = 4
 
 _LONGEST_SHOWN = 120
+_LONGEST_PART = 600
 _MOST_NAMES = 30
 _PLACE = re.compile(
     r"(?P<where>.*?:\d+: \S+|-{2}[\w-]+(?: \S+)?|[\w./-]+(?:\[\d+\])*): (?P<what>.*)", re.DOTALL
@@ -45,7 +46,9 @@ class Problem(str):
     expected: str
 
     def __new__(cls, what: str, *, where: str = "", got: str = "", expected: str = "") -> Problem:
-        """Join the parts to the line."""
+        """Join the parts to the line; parts that are too long to read are cut."""
+        what = _cut(what, _LONGEST_PART)
+        got = _cut(got, _LONGEST_PART)
         line = f"{where}: {what}" if where else what
         line += f", got {got}" if got else ""
         line += f", expected {expected}" if expected else ""
@@ -122,7 +125,7 @@ def closest(name: str, existing: Iterable[str]) -> str | None:
 
 def nearest(name: str, existing: Iterable[str]) -> str:
     """Say what exists, the nearest name first: `'a' (of a, b, c)` or `one of a, b, c`."""
-    names = list(existing)
+    names = [readable(one) for one in existing]
     near = closest(name, names)
     listed = ", ".join(names[:_MOST_NAMES]) + (", ..." if len(names) > _MOST_NAMES else "")
     return f"{near!r} (of {listed})" if near else f"one of {listed or 'none'}"
@@ -159,7 +162,12 @@ def _listed(values: list[Any] | tuple[Any, ...]) -> str:
     return "[" + ", ".join(map(shown, values)) + "]"
 
 
-def _cut(text: str) -> str:
-    if len(text) <= _LONGEST_SHOWN:
+def _cut(text: str, longest: int = _LONGEST_SHOWN) -> str:
+    if len(text) <= longest:
         return text
-    return f"{text[: _LONGEST_SHOWN // 2]}... ({len(text)} characters)"
+    return f"{text[: longest // 2]}... ({len(text)} characters)"
+
+
+def readable(name: str) -> str:
+    """Return a name as it can be shown: without control characters, and cut if it is long."""
+    return _cut(name if name.isprintable() else repr(name)[1:-1])

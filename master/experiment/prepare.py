@@ -153,7 +153,11 @@ class _Preparation:
     def _assignments(self, descriptions: Descriptions) -> Overrides:
         found: Overrides = {}
         for assignment in self.request.assignments:
-            parts = _signal_and_value(assignment, descriptions)
+            try:
+                parts = _signal_and_value(assignment, descriptions)
+            except ConfigError as error:
+                self.problems += [problem.at("--set") for problem in error.problems]
+                continue
             if parts is None:
                 self.problems.append(
                     Problem(
@@ -206,12 +210,15 @@ def _signal_and_value(assignment: str, descriptions: Descriptions) -> tuple[str,
     if not places:
         return None
     cut = known[-1] if known else places[0]
-    signal, text = assignment[:cut], assignment[cut + 1 :]
     try:
-        value = parse_value(text)
-        name = SignalName(signal)
-    except (ConfigError, ValueError):
+        name = SignalName(assignment[:cut])
+        value = parse_value(assignment[cut + 1 :])
+    except ValueError:
         return None
+    except ConfigError as error:
+        if all(problem.what.startswith("not ") for problem in error.problems):  # not YAML, not a value
+            return None
+        raise ConfigError(problem.at(name) for problem in error.problems) from None
     return None if value is None else (name, value)
 
 

@@ -57,11 +57,11 @@ def used_signals(
 
 def what_is_beyond(port: Port, value: float, limit: float) -> str:
     """Say what is wrong with a signal that ended a run."""
-    unit = port.variable.unit_name
     if not math.isfinite(value):
         what = "is not a number" if math.isnan(value) else "is infinite"
-        return f"{port.name} {what}, got {value} {unit}, expected a finite value"
-    return f"{port.name}: got {value:.6g} {unit}, expected a magnitude of at most {limit:.6g} {unit}"
+        return f"{port.name} {what}, got {value}, expected a finite value"
+    unit = "" if port.variable.unit_name == "1" else f" {port.variable.unit_name}"
+    return f"{port.name}: got {value:.6g}{unit}, expected a magnitude of at most {limit:.6g}{unit}"
 
 
 def warnings(monitor: LimitMonitor, ports: Sequence[Port], grid: Grid) -> list[str]:

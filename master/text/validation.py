@@ -69,9 +69,8 @@ def validate(model: type[Model], document: Document, kind: str) -> Validated[Mod
             faults = [_Fault.of(model, repair.document, e) for e in error.errors(include_url=False)]
         else:
             return Validated(read, repair.document, [*problems.values()])
-        meant = {fault.place_meant for fault in faults}
         for fault in faults:
-            if not repair.has_caused(fault) and not (fault.is_missing and fault.place in meant):
+            if not repair.has_caused(fault):
                 problem = fault.problem(repair.document)
                 problems.setdefault(problem.where, problem)
         if not repair.leave_out(faults):
@@ -110,15 +109,9 @@ class _Fault:
         return self.details["type"] == "missing"
 
     @property
-    def place_meant(self) -> Place | None:
-        """Place that an unknown key is likely to mean."""
-        key = closest(str(self.place[-1]), keys_of(self.section)) if self.is_unknown_key else None
-        return None if key is None else (*self.place[:-1], key)
-
-    @property
     def is_misspelt(self) -> bool:
         """Whether it is a key that looks like another one."""
-        return self.place_meant is not None
+        return self.is_unknown_key and closest(str(self.place[-1]), keys_of(self.section)) is not None
 
     def problem(self, document: Document) -> Problem:
         where = document.where(self.place)

@@ -13,7 +13,7 @@ from typing import Any, cast
 
 import yaml
 
-from master.errors import ConfigError, Problem, shown
+from master.errors import ConfigError, Problem, readable, shown
 
 from .scalar import Plain, Setting, boolean_of, is_impossible_date, number_of
 from .yaml_nodes import TAG, Collection, Composer, Node, Scalar
@@ -113,8 +113,10 @@ def dotted(place: Place) -> str:
     """Write a path of keys as `connections[1].to`."""
     text = ""
     for key in place:
-        part = f"[{key}]" if isinstance(key, int) else str(key) if not text else f".{key}"
-        text += part
+        if isinstance(key, int):
+            text += f"[{key}]"
+        else:
+            text += f".{readable(key)}" if text else readable(key)
     return text or "file"
 
 
@@ -186,9 +188,13 @@ def parse_value(text: str) -> Setting | None:
     Read a value, as in `--set fmu.parameter=VALUE`: text in quotes, plain text, a list of these, or nothing.
 
     Raises:
-        ConfigError: If it is neither.
+        ConfigError: If it is neither, or one that is refused; the problems have no place.
     """
-    data = parse_yaml(text, Path("value")).data
+    try:
+        data = parse_yaml(text, Path("value")).data
+    except ConfigError as error:
+        problems = (Problem(p.what, got=p.got, expected=p.expected) for p in error.problems)
+        raise ConfigError(problems) from None
     if data is not None and not _is_setting(data):
         expected = "a number, a text, or a list of them"
         raise ConfigError([Problem("not a value", got=shown(data), expected=expected)])

@@ -121,9 +121,9 @@ def broken(value):
 
 
 NOT_FINITE = [
-    (float("nan"), "a.y is not a number, got nan 1, expected a finite value"),
-    (float("inf"), "a.y is infinite, got inf 1, expected a finite value"),
-    (-float("inf"), "a.y is infinite, got -inf 1, expected a finite value"),
+    (float("nan"), "a.y is not a number, got nan, expected a finite value"),
+    (float("inf"), "a.y is infinite, got inf, expected a finite value"),
+    (-float("inf"), "a.y is infinite, got -inf, expected a finite value"),
 ]
 
 
