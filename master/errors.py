@@ -46,7 +46,7 @@ class FmuError(MasterError):
         self, instance: str, message: str, *, time: float | None = None, status: str = "error"
     ) -> None:
         self.instance, self.time, self.status = instance, time, status
-        place = instance if time is None else f"{instance} at t={time:.9g} s"
+        place = instance if time is None else f"{instance} at t={time:.15g} s"
         super().__init__(f"{place}: {message}")
 
 

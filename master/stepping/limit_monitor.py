@@ -63,7 +63,7 @@ def what_is_beyond(port: Port, value: float, limit: float) -> str:
 def warnings(monitor: LimitMonitor, ports: Sequence[Port], grid: Grid) -> list[str]:
     """Say which signals that nobody uses were not finite."""
     return [
-        f"{port.name} is not finite from t={grid.time(tick + 1):.9g} s on; nothing uses it"
+        f"{port.name} is not finite from t={grid.time(tick + 1):.15g} s on; nothing uses it"
         for port, tick in zip(ports, monitor.first_beyond.tolist(), strict=True)
         if tick >= 0
     ]

@@ -19,6 +19,7 @@ from master.stepping.machine.program import DELAY, DROP, FREEZE, JITTER, MODE, O
 
 from .config import Event, LoadedConfig, finite
 from .graph import System, signal_fault
+from .grid import Grid
 
 _DEEDS = ("set", "offset", "freeze", "drop", "delay", "jitter")
 _CONDITION = re.compile(r"\s*(?P<signal>[^\s<>]+)\s*(?P<sense>[<>])\s*(?P<threshold>\S+)\s*")
@@ -84,12 +85,18 @@ def make_scenario(loaded: LoadedConfig, system: System) -> Scenario:
     problems: list[str] = []
     events = []
     config = loaded.config
+    grid = Grid(config.start_time, config.step_size, config.n_ticks)
     for i, event in enumerate(config.events):
         where = loaded.where("events", i)
         if event.at is not None and not config.start_time <= event.at < config.stop_time:
             problems.append(
-                f"{where}: not within the run, got at {event.at:g} s, "
-                f"expected from {config.start_time:g} s to before {config.stop_time:g} s"
+                f"{where}: not within the run, got at {event.at:.15g} s, "
+                f"expected from {config.start_time:.15g} s to before {config.stop_time:.15g} s"
+            )
+        elif event.at is not None and grid.tick_at(event.at) >= grid.n_ticks:
+            problems.append(
+                f"{where}: after the begin of the last step, so that it would not act, got at "
+                f"{event.at:.15g} s, expected at most {grid.time(grid.n_ticks - 1):.15g} s"
             )
         try:
             events.append(_event(event, system))
