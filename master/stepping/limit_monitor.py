@@ -67,7 +67,11 @@ def what_is_beyond(port: Port, value: float, limit: float) -> str:
 def warnings(monitor: LimitMonitor, ports: Sequence[Port], grid: Grid) -> list[str]:
     """Say which signals that nobody uses were not finite, and which integers a double does not hold."""
     return [
+<<<<<<< HEAD
         _warning(port, grid.time(tick + 1))
+=======
+        f"{port.name} is not finite from t={grid.time(tick + 1):.15g} s on; nothing uses it"
+>>>>>>> machine
         for port, tick in zip(ports, monitor.first_beyond.tolist(), strict=True)
         if tick >= 0
     ]

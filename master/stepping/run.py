@@ -153,7 +153,7 @@ class RunLoop:
         """End the run where an FMU asks for it; the rows stay."""
         instance = self.program.instance_of(operation)
         said = self.slaves[instance].last_message()
-        cause = f"{instance} at t={self.grid.time(self.done):.9g} s: asks for the end of the simulation"
+        cause = f"{instance} at t={self.grid.time(self.done):.15g} s: asks for the end of the simulation"
         return self._outcome(TERMINATED, cause=cause + (f", {said}" if said else ""))
 
     def _make_monitor(self) -> LimitMonitor:

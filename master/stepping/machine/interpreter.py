@@ -206,6 +206,7 @@ def execute(
     )
     values = memory.values.ctypes.data
     scratch = np.zeros(ANSWERS + LARGEST_SIZE * memory.values.size, np.uint8)
+    scratch_at = scratch.ctypes.data  # taken once: in the loop its references would be counted each step
     places, limits = monitor.record.ctypes.data, monitor.limits.ctypes.data
     n_first, n_recorded, written = _n_first(monitor.record), monitor.record.size, rows.ctypes.data
     has_triggers = monitor.triggers.shape[0] > 0
@@ -222,7 +223,7 @@ def execute(
                 length = integer_at(at, 4)
                 t = t0 + (k + 1 - b) * h
                 slave = row_at(slaves, SLAVE_WIDTH, a)
-                step = step_fmu(slave, blocks, t, length * h, values, scratch.ctypes.data, general)
+                step = step_fmu(slave, blocks, t, length * h, values, scratch_at, general)
                 if is_bad(step.status):
                     return Execution(FAILED, row, i, step.status, step.call)
                 if general is not None and step.asks_for_end:
@@ -253,6 +254,7 @@ def execute(
             after = _after_tick(memory, monitor, k, row, n_beyond, ended)
             if after.stop != DONE:
                 return after
+    scratch[0] = 0  # used until here: numba frees an array after its last use, whoever has its address
     return Execution(DONE, end - begin, 0, 0, 0)
 
 

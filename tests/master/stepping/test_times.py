@@ -8,6 +8,7 @@ from fractions import Fraction
 
 import pytest
 
+from master.errors import ConfigError
 from master.system.config import Config, LoadedConfig
 from master.system.grid import Grid, ticks_between
 from master.system.scenario import make_scenario
@@ -60,6 +61,16 @@ def test_an_event_between_two_ticks_acts_from_the_later_one():
     values = made.run(10, t0=YEAR, scenario=scenario).result["x.x"]
 
     assert [round(1e3 * v) for v in values] == [0, 0, 0, 0, 0, 1, 2, 3, 4, 5, 6]
+
+
+def test_an_event_after_the_begin_of_the_last_step_is_refused_as_it_would_be_lost():
+    with pytest.raises(ConfigError) as caught:
+        made_with(YEAR, "0.001", 10, {"at": YEAR + 0.0095, "set": {"x.u": 1.0}})
+
+    assert caught.value.problems == [
+        "bench.yaml:1: events[0]: after the begin of the last step, so that it would not act, "
+        "got at 31536000.0095 s, expected at most 31536000.009 s"
+    ]
 
 
 def test_the_number_of_ticks_is_that_of_the_written_times():
