@@ -111,15 +111,10 @@ class FmuError(MasterError):
     def __init__(
         self, instance: str, message: str, *, time: float | None = None, status: str = "error"
     ) -> None:
-<<<<<<< HEAD
         self.instance = instance
         self.time = time
         self.status = status
-        place = instance if time is None else f"{instance} at t={time:.9g} s"
-=======
-        self.instance, self.time, self.status = instance, time, status
         place = instance if time is None else f"{instance} at t={time:.15g} s"
->>>>>>> machine
         super().__init__(f"{place}: {message}")
 
 

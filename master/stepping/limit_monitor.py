@@ -67,11 +67,7 @@ def what_is_beyond(port: Port, value: float, limit: float) -> str:
 def warnings(monitor: LimitMonitor, ports: Sequence[Port], grid: Grid) -> list[str]:
     """Say which signals that nobody uses were not finite, and which integers a double does not hold."""
     return [
-<<<<<<< HEAD
         _warning(port, grid.time(tick + 1))
-=======
-        f"{port.name} is not finite from t={grid.time(tick + 1):.15g} s on; nothing uses it"
->>>>>>> machine
         for port, tick in zip(ports, monitor.first_beyond.tolist(), strict=True)
         if tick >= 0
     ]
@@ -79,8 +75,8 @@ def warnings(monitor: LimitMonitor, ports: Sequence[Port], grid: Grid) -> list[s
 
 def _warning(port: Port, time: float) -> str:
     if _may_be_rounded(port):
-        return f"{port.name} reaches 2^53 from t={time:.9g} s on; the rows have it rounded to a double"
-    return f"{port.name} is not finite from t={time:.9g} s on; nothing uses it"
+        return f"{port.name} reaches 2^53 from t={time:.15g} s on; the rows have it rounded to a double"
+    return f"{port.name} is not finite from t={time:.15g} s on; nothing uses it"
 
 
 def _may_be_rounded(port: Port) -> bool:

@@ -87,32 +87,28 @@ def make_scenario(loaded: LoadedConfig, system: System) -> Scenario:
         ConfigError: With every fault.
     """
     config = loaded.config
-<<<<<<< HEAD
     problems: list[Problem] = []
     events = []
-=======
     grid = Grid(config.start_time, config.step_size, config.n_ticks)
->>>>>>> machine
     for i, event in enumerate(config.events):
         where = loaded.where("events", i)
         if event.at is not None and not config.start_time <= event.at < config.stop_time:
             problems.append(
-<<<<<<< HEAD
                 Problem(
                     "not within the run",
                     where=where,
-                    got=f"at {event.at:.10g} s",
-                    expected=f"from {config.start_time:.10g} s to before {config.stop_time:.10g} s",
+                    got=f"at {event.at:.15g} s",
+                    expected=f"from {config.start_time:.15g} s to before {config.stop_time:.15g} s",
                 )
-=======
-                f"{where}: not within the run, got at {event.at:.15g} s, "
-                f"expected from {config.start_time:.15g} s to before {config.stop_time:.15g} s"
             )
         elif event.at is not None and grid.tick_at(event.at) >= grid.n_ticks:
             problems.append(
-                f"{where}: after the begin of the last step, so that it would not act, got at "
-                f"{event.at:.15g} s, expected at most {grid.time(grid.n_ticks - 1):.15g} s"
->>>>>>> machine
+                Problem(
+                    "after the begin of the last step, so that it would not act",
+                    where=where,
+                    got=f"at {event.at:.15g} s",
+                    expected=f"at most {grid.time(grid.n_ticks - 1):.15g} s",
+                )
             )
         reader = _EventReader(event, system)
         events.append(reader.event())

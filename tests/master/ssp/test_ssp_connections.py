@@ -1,10 +1,10 @@
 """Connections of SSP: transformations, units, types, direction; what each wire carries, what is refused."""
 
 import pytest
-from tests.master.ssp.ssp_archives import component, connector, connectors, link, links, system, write
 
 from master.errors import ConfigError
 from master.experiment.prepare import prepare
+from tests.master.ssp.ssp_archives import component, connector, connectors, link, links, system, write
 
 
 def two(*connections, a=None, b=None):

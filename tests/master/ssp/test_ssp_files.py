@@ -6,6 +6,9 @@ import tempfile
 import zipfile
 
 import pytest
+
+from master.errors import ConfigError
+from master.experiment.prepare import Request, prepare
 from tests.master.ssp.ssp_archives import (
     ENUMERATIONS,
     EXPERIMENT,
@@ -26,9 +29,6 @@ from tests.master.ssp.ssp_archives import (
     system,
     write,
 )
-
-from master.errors import ConfigError
-from master.experiment.prepare import Request, prepare
 
 ONE = system(component("a"))
 PACKAGE = 'type="application/x-ssp-package"'

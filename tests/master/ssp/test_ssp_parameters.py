@@ -1,6 +1,9 @@
 """Values of SSP: where they are given, what they become, which of several counts, what is refused."""
 
 import pytest
+
+from master.errors import ConfigError
+from master.experiment.prepare import prepare
 from tests.master.ssp.ssp_archives import (
     NAMESPACES,
     binding,
@@ -20,9 +23,6 @@ from tests.master.ssp.ssp_archives import (
     system,
     write,
 )
-
-from master.errors import ConfigError
-from master.experiment.prepare import prepare
 
 SPACES = NAMESPACES
 KILO = '<ssv:Units><ssc:Unit name="km"><ssc:BaseUnit m="1" factor="1000"/></ssc:Unit></ssv:Units>'

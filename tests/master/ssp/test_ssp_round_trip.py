@@ -11,7 +11,6 @@ import pytest
 import yaml
 from click.testing import CliRunner
 from lxml import etree
-from tests.master.ssp.random_systems import FMUS, random_system
 
 from master.cli import main
 from master.errors import ConfigError, FmuError
@@ -20,6 +19,7 @@ from master.ssp.export import write_ssp
 from master.stepping.outcome import RunOptions
 from master.stepping.simulate import simulate
 from master.system.grid import Grid
+from tests.master.ssp.random_systems import FMUS, random_system
 
 SCHEMAS = Path(fmpy.__file__).parent / "ssp" / "schema"
 CONFIGS = Path(__file__).parents[3] / "configs"
