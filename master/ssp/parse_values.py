@@ -170,7 +170,8 @@ def _given(node: Node, scope: Scope, problems: list[str]) -> Given | None:
     try:
         values = tuple(_VALUE_OF[one.tag](text) for text in texts)
     except ValueError as error:
-        problems.append(f"{node.where}: not a {one.tag}, got {one.text('value')!r}, {error}")
+        article = "an" if one.tag[0] in "EI" else "a"
+        problems.append(f"{node.where}: not {article} {one.tag}, got {one.text('value')!r}, {error}")
         return None
     items: Mapping[str, int] = {}
     if one.tag == "Enumeration" and one.get("name") is not None:

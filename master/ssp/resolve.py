@@ -246,6 +246,7 @@ class _Flat:
 def _names(leaves: Mapping[Path, Leaf]) -> dict[Path, str]:
     """Names without what the YAML form forbids, each once."""
     found: dict[Path, str] = {}
+    taken: set[str] = set()
     flat = all(len(path) == 1 for path in leaves)
     for path in leaves:
         forbidden = re.compile(r"[\s.<>]") if flat else _FORBIDDEN
@@ -253,8 +254,9 @@ def _names(leaves: Mapping[Path, Leaf]) -> dict[Path, str]:
         wanted = SEPARATOR.join(forbidden.sub("-", part) for part in printable)
         name = wanted
         n = 2
-        while name in found.values():
+        while name in taken:
             name = f"{wanted}-{n}"
             n += 1
+        taken.add(name)
         found[path] = name
     return found

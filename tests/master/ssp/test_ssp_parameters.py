@@ -285,7 +285,7 @@ def test_outputs_of_the_system_are_named_with_what_they_are(tmp_path):
         (parameter("p", "Real", "1", 'unit="km"'), ""),
         (parameter("p", "Real", "1", 'unit="N"'), "units differ, got N -> m"),
         (parameter("p", "Real", "1", 'unit="ell"'), "units differ, got ell -> m"),
-        (parameter("n", "Integer", "1.0"), "not a Integer, got '1.0', expected an integer"),
+        (parameter("n", "Integer", "1.0"), "not an Integer, got '1.0', expected an integer"),
         (parameter("n", "Integer", "3000000000"), "expected an integer from -2147483648 to 2147483647"),
         (parameter("n", "Real", "1.5"), "value not allowed, got 1.5, expected an integer"),
         (parameter("on", "Boolean", "yes"), "not a Boolean, got 'yes', expected true or false"),
