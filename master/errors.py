@@ -10,8 +10,10 @@ What a user of the master may be told.
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Iterable
 from difflib import get_close_matches
+from typing import Any
 
 EXIT_DONE = 0
 EXIT_INPUT = 2
@@ -46,8 +48,13 @@ class FmuError(MasterError):
         self, instance: str, message: str, *, time: float | None = None, status: str = "error"
     ) -> None:
         self.instance, self.time, self.status = instance, time, status
+        self.message = message
         place = instance if time is None else f"{instance} at t={time:.9g} s"
         super().__init__(f"{place}: {message}")
+
+    def __reduce__(self) -> Any:  # an FMU may fail in a process of its own
+        make = functools.partial(FmuError, time=self.time, status=self.status)
+        return make, (self.instance, self.message)
 
 
 def expected(name: str, existing: Iterable[str]) -> str:

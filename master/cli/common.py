@@ -14,6 +14,7 @@ from rich.console import Console
 
 from master.catalogue import FLAVOURS
 from master.errors import ConfigError, MasterError
+from master.text.printable import printable
 
 CONFIG = click.argument("config", type=click.Path(path_type=Path))
 JSON = click.option("--json", "as_json", is_flag=True, help="Print one JSON object and nothing else.")
@@ -30,6 +31,11 @@ FLAVOUR = click.option(
 )
 
 STDERR = Console(stderr=True, highlight=False, soft_wrap=True)
+
+
+def say(text: str, *, err: bool = False) -> None:
+    """Print text whose control characters, which a file may hold, do not reach the terminal."""
+    click.echo(printable(text), err=err)
 
 
 def print_json(data: Any) -> None:
@@ -49,7 +55,7 @@ def answers_errors(command: Callable[..., None]) -> Callable[..., None]:
             if options.get("as_json"):
                 print_json({"status": "failed", "problems": problems})
             for problem in problems:
-                click.echo(problem, err=True)
+                say(problem, err=True)
             sys.exit(error.exit_status)
 
     return wrapped
@@ -57,4 +63,4 @@ def answers_errors(command: Callable[..., None]) -> Callable[..., None]:
 
 def show_building(text: str) -> None:
     """Say what is being built."""
-    STDERR.print(text, style="dim", markup=False)
+    STDERR.print(printable(text), style="dim", markup=False)

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
+import signal
 import sys
 import time
-from contextlib import nullcontext
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -16,8 +17,12 @@ from master.errors import EXIT_DIVERGED, EXIT_FMU
 from master.evaluation.report import Report, save_run, summary_lines
 from master.experiment.experiment import Experiment
 from master.experiment.prepare import Request, prepare
+from master.process import signals
+from master.process.signals import Interruption
 from master.recording.files import ResultFiles
-from master.stepping import simulate
+from master.recording.folder import OutputFolder
+from master.recording.names import results_folder
+from master.stepping.apart import simulate_apart
 from master.stepping.outcome import (
     COMPLETED,
     DIVERGED,
@@ -29,8 +34,21 @@ from master.stepping.outcome import (
     RunOptions,
 )
 from master.stepping.pacing import CONTINUE, STOP, Pacer
+from master.stepping.run import ProgressCallback
+from master.text.printable import printable
 
-from .common import CONFIG, FLAVOUR, JSON, SET, STDERR, VARIANT, answers_errors, print_json, show_building
+from .common import (
+    CONFIG,
+    FLAVOUR,
+    JSON,
+    SET,
+    STDERR,
+    VARIANT,
+    answers_errors,
+    print_json,
+    say,
+    show_building,
+)
 
 _EXIT = {
     COMPLETED: 0,
@@ -38,7 +56,6 @@ _EXIT = {
     DIVERGED: EXIT_DIVERGED,
     FAILED: EXIT_FMU,
     OVERRUN: EXIT_FMU,
-    INTERRUPTED: 130,
 }
 _ROWS_IN_MEMORY = 100_000
 _SECONDS_A_LOOK = 0.1
@@ -85,22 +102,26 @@ def run(config: Path, output: Path | None, as_json: bool, **options: Any) -> Non
     factor, on_overrun = options.pop("real_time"), options.pop("on_overrun")
     request = Request(**options)
     experiment = prepare(config, request, show_building)
-    folder = output or Path("results") / experiment.config.name / (request.variant or "default")
+    path = output or results_folder(experiment.config.name, request.variant, request.assignments)
     pacer = None if factor is None else Pacer(factor, on_overrun)
-    long = experiment.grid.n_ticks > _ROWS_IN_MEMORY
-    with ResultFiles(folder) if long else nullcontext() as streamed:
-        outcome = _simulate(experiment, pacer, streamed)
-    _answer(save_run(experiment, outcome, folder, streamed), as_json)
-    sys.exit(_EXIT[outcome.status])
+    with signals.noted() as interruption, OutputFolder(path) as folder:
+        is_long = experiment.grid.n_ticks > _ROWS_IN_MEMORY
+        streamed = ResultFiles(path) if is_long else None
+        outcome = _simulate(experiment, pacer, streamed, interruption)
+        report = save_run(experiment, outcome, folder, streamed, interruption)
+    _answer(report, as_json)
+    sys.exit(_exit_status(report, interruption))
 
 
-def _simulate(experiment: Experiment, pacer: Pacer | None, sink: ResultFiles | None) -> Outcome:
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        TextColumn("{task.fields[t]}"),
-        TimeRemainingColumn(),
-    )
+def _exit_status(report: Report, interruption: Interruption) -> int:
+    if report.status == INTERRUPTED:
+        return signals.exit_status(interruption.number or signal.SIGINT)
+    return _EXIT[report.status]
+
+
+def _simulate(
+    experiment: Experiment, pacer: Pacer | None, sink: ResultFiles | None, interruption: Interruption
+) -> Outcome:
     grid = experiment.grid
     options = RunOptions(
         limits=experiment.limits,
@@ -109,20 +130,38 @@ def _simulate(experiment: Experiment, pacer: Pacer | None, sink: ResultFiles | N
         sink=sink,
         keep_every=1 if sink is None else math.ceil(grid.n_ticks / _ROWS_IN_MEMORY),
     )
-    with Progress(*columns, console=STDERR, transient=True) as bar:
-        task = bar.add_task(experiment.config.name, total=grid.n_ticks, t="")
-        done, shown = 0, 0.0
-
-        def advance(ticks: int) -> None:
-            nonlocal done, shown
-            done += ticks
-            if time.monotonic() - shown >= _SECONDS_A_LOOK:  # in real time each tick comes here
-                shown = time.monotonic()
-                bar.update(task, completed=done, t=f"t = {grid.time(done):.2f} s")
-
-        return simulate.simulate(
-            experiment.system, experiment.schedule, grid, options=options, progress=advance
+    with ExitStack() as stack:
+        return simulate_apart(
+            experiment.system,
+            experiment.schedule,
+            grid,
+            options,
+            interruption,
+            lambda: _shown(experiment, stack),
         )
+
+
+def _shown(experiment: Experiment, stack: ExitStack) -> ProgressCallback:
+    """Show a progress bar until the stack ends; return what moves it on."""
+    grid = experiment.grid
+    columns = (
+        TextColumn("{task.description}", markup=False),
+        BarColumn(),
+        TextColumn("{task.fields[t]}"),
+        TimeRemainingColumn(),
+    )
+    bar = stack.enter_context(Progress(*columns, console=STDERR, transient=True))
+    task = bar.add_task(printable(experiment.config.name), total=grid.n_ticks, t="")
+    done, shown = 0, 0.0
+
+    def advance(ticks: int) -> None:
+        nonlocal done, shown
+        done += ticks
+        if time.monotonic() - shown >= _SECONDS_A_LOOK:  # in real time each tick comes here
+            shown = time.monotonic()
+            bar.update(task, completed=done, t=f"t = {grid.time(done):.2f} s")
+
+    return advance
 
 
 def _answer(report: Report, as_json: bool) -> None:
@@ -130,6 +169,6 @@ def _answer(report: Report, as_json: bool) -> None:
         print_json(report.as_dict())
     else:
         for line in summary_lines(report):
-            click.echo(line)
+            say(line)
     if report.message:
-        click.echo(report.message, err=True)
+        say(report.message, err=True)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ctypes
 import logging
-import tempfile
 import zipfile
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -120,7 +119,7 @@ def unpack(path: Path) -> str:
     """Unpack what an FMU needs to run here into a new folder: its resources and this platform's binary."""
     from fmpy import platform, platform_tuple
 
-    folder = tempfile.mkdtemp(prefix="dockloop-")
+    folder = unpacked.new_folder()
     wanted = ("modelDescription.xml", "resources/", f"binaries/{platform}/", f"binaries/{platform_tuple}/")
     with zipfile.ZipFile(path) as archive:
         archive.extractall(folder, [m for m in archive.namelist() if m.startswith(wanted)])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+import tempfile
 import zipfile
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -23,6 +24,18 @@ class _Folder:
 
 
 _shared: dict[_Key, _Folder] = {}
+_place: Path | None = None
+
+
+def place_in(folder: Path) -> None:
+    """Unpack FMUs below a folder from now on, instead of the system's temporary one."""
+    global _place
+    _place = folder
+
+
+def new_folder() -> str:
+    """Make a folder for an unpacked FMU."""
+    return tempfile.mkdtemp(prefix="dockloop-", dir=_place)
 
 
 def acquire(description: Description, unpack: Unpack) -> str:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from master.errors import FmuError
-from master.recording.recorder import Result, Sink
+from master.recording.recorder import Result, Rows, Sink
 from master.stepping.pacing import Pacer
 from master.system.scenario import Scenario
 
@@ -28,6 +28,7 @@ class RunOptions:
 
     `limits`: largest magnitude by signal, beyond which the run has diverged. `scenario`: events.
     `pacer`: real time. `sink`: where all rows go; then every `keep_every`-th stays in memory.
+    `recorder`: where rows are collected instead of in memory of this process.
     """
 
     limits: Mapping[str, float] = field(default_factory=dict)
@@ -35,6 +36,7 @@ class RunOptions:
     pacer: Pacer | None = None
     sink: Sink | None = None
     keep_every: int = 1
+    recorder: Rows | None = None
 
 
 @dataclass
@@ -43,7 +45,7 @@ class Outcome:
     How a run ended and what it computed.
 
     `error` says why if it failed, `cause` why it ended early; `not_reached` are the conditions of a
-    scenario that did not come true.
+    scenario that did not come true, `storage_fault` says what went wrong with the files it wrote.
     """
 
     status: str
@@ -54,3 +56,4 @@ class Outcome:
     cause: str = ""
     real_time: dict[str, Any] | None = None
     not_reached: list[str] = field(default_factory=list)
+    storage_fault: str = ""

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import signal
 import time
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager, nullcontext
+from collections.abc import Callable, Mapping
+from contextlib import nullcontext
 from typing import Any
 
 import numpy as np
@@ -15,7 +15,8 @@ from master.fmi.loaded_fmu import STATUS
 from master.fmi.native.cells import first_misfit
 from master.fmi.slave import Slave
 from master.fmi.value_types import NAMES, RANGES
-from master.recording.recorder import Recorder
+from master.process import position, signals
+from master.recording.recorder import Recorder, Rows
 from master.stepping.machine.operations import ENDED_WITHIN, MISFIT, STOOD_STILL, WANTED_EVENTS
 from master.stepping.machine.program import Program
 from master.stepping.outcome import (
@@ -49,6 +50,11 @@ Execute = Callable[..., tuple[int, int, int, int]]
 ProgressCallback = Callable[[int], None]
 
 
+def recorded_ports(system: System) -> list[Port]:
+    """List what a run records: all outputs."""
+    return [Port(n, v) for n, i in system.instances.items() for v in i.description.outputs]
+
+
 class RunLoop:
     """One run over the grid; the slaves are initialised."""
 
@@ -57,8 +63,9 @@ class RunLoop:
     ) -> None:
         self.system, self.grid, self.program, self.slaves = system, grid, program, slaves
         self.options = options
-        self.ports = [Port(n, v) for n, i in system.instances.items() for v in i.description.outputs]
-        self.recorder = Recorder(
+        self.ports = recorded_ports(system)
+        self.position = position.current()
+        self.recorder: Rows = options.recorder or Recorder(
             self.ports, grid.t0, grid.step_size, options.keep_every, options.sink, grid.n_ticks + 1
         )
         self.director = Director(options.scenario, system, program, slaves)
@@ -70,12 +77,14 @@ class RunLoop:
         """Execute all ticks; the outcome says how it ended."""
         self._read_initial_values()
         self._execute(execute, 0)
+        self.position.leave()
+        self.position.cells[position.STAGE] = position.STEPPING
         self.seconds = 0.0
         pacer, chunk = self.options.pacer, _FIRST_CHUNK
         self.director.look(self.watch.triggers, self.grid.t0)
-        with _interruptible() as interrupted, nullcontext() if pacer is None else pacer.pacing():
+        with signals.noted([signal.SIGINT]), nullcontext() if pacer is None else pacer.pacing():
             while self.done < self.grid.n_ticks:
-                if interrupted():
+                if self.position.cells[position.STOP]:
                     return self._outcome(INTERRUPTED)
                 self.director.advance(self.grid.time(self.done), _TIME_TOLERANCE * self.grid.step_size)
                 if pacer is not None:
@@ -96,7 +105,7 @@ class RunLoop:
         """Number of ticks until the next event of the scenario, the end of the run, or as wanted."""
         left = self.director.next_time() - self.grid.time(self.done)
         until_event = np.ceil(left / self.grid.step_size - _TIME_TOLERANCE)
-        return int(max(1, min(wanted, self.grid.n_ticks - self.done, until_event)))
+        return self.recorder.most(int(max(1, min(wanted, self.grid.n_ticks - self.done, until_event))))
 
     def _execute(self, execute: Execute, n: int) -> tuple[int, int, int]:
         rows = self.recorder.room(n)
@@ -206,18 +215,3 @@ class RunLoop:
             values[place[wire.target.name]] = wire.conversion.factor * source + wire.conversion.offset
         self.program.fill_rings()
         self.recorder.add(values[self.watch.record][None, :])
-
-
-@contextmanager
-def _interruptible() -> Iterator[Callable[[], bool]]:
-    """Note Ctrl-C instead of raising it inside an FMU; outside the main thread nothing is changed."""
-    seen: list[int] = []
-    try:
-        previous = signal.signal(signal.SIGINT, lambda *what: seen.append(what[0]))
-    except ValueError:
-        yield lambda: False
-        return
-    try:
-        yield lambda: bool(seen)
-    finally:
-        signal.signal(signal.SIGINT, previous)

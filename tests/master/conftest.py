@@ -84,7 +84,9 @@ def bay(tmp_path, monkeypatch):
         "read_description",
         lambda path: made[path.stem].description(path.stem) if path.stem in made else read(path),
     )
-    monkeypatch.setattr(simulate, "simulate", functools.partial(simulate.simulate, factory=factory))
+    for function in ("simulate", "running"):
+        made_with = functools.partial(getattr(simulate, function), factory=factory)
+        monkeypatch.setattr(simulate, function, made_with)
 
     def write(text: str) -> Path:
         path = tmp_path / "system.yaml"

@@ -5,6 +5,7 @@ import pytest
 
 from master.evaluation.report import save_run, summary_lines
 from master.experiment.prepare import prepare
+from master.recording.folder import OutputFolder
 from master.stepping import simulate
 from master.stepping.outcome import RunOptions
 
@@ -32,7 +33,8 @@ def saved(bay):
         outcome = simulate.simulate(
             experiment.system, experiment.schedule, experiment.grid, options=options, compiled=False
         )
-        return save_run(experiment, outcome, bay.folder / "out"), outcome
+        with OutputFolder(bay.folder / "out") as folder:
+            return save_run(experiment, outcome, folder), outcome
 
     return run
 
@@ -88,9 +90,9 @@ def test_without_a_comparison_there_is_no_plot_and_no_metric(saved):
 
 def test_speed_is_time_per_step_and_simulated_time_over_time(saved, bay):
     _, outcome = saved(("offset: 0.01", "offset: 1e6"))
-    report = save_run(
-        prepare(bay.folder / "system.yaml"), replace(outcome, seconds=0.012), bay.folder / "out"
-    )
+    experiment = prepare(bay.folder / "system.yaml")
+    with OutputFolder(bay.folder / "out") as folder:
+        report = save_run(experiment, replace(outcome, seconds=0.012), folder)
 
     assert report.us_per_step == pytest.approx(2000.0)
     assert report.realtime_factor == pytest.approx(3.0 / 0.012)
