@@ -17,10 +17,11 @@ from master.errors import EXIT_DIVERGED, EXIT_FMU
 from master.evaluation.report import Report, save_run, summary_lines
 from master.experiment.experiment import Experiment
 from master.experiment.prepare import Request, prepare
+from master.fmi.messages import LEVELS, LogFile
 from master.process import signals
 from master.process.signals import Interruption
 from master.recording.files import ResultFiles
-from master.recording.folder import OutputFolder
+from master.recording.folder import LOG, OutputFolder
 from master.recording.names import results_folder
 from master.stepping.apart import simulate_apart
 from master.stepping.outcome import (
@@ -95,11 +96,19 @@ def _finite(_: click.Context, __: click.Parameter, value: float | None) -> float
     show_default=True,
     help="What to do when a tick is not done in time.",
 )
+@click.option(
+    "--log",
+    "level",
+    type=click.Choice(["none", *LEVELS]),
+    default="warning",
+    show_default=True,
+    help="Which messages of FMUs go to a file, if there are any.",
+)
 @JSON
 @answers_errors
 def run(config: Path, output: Path | None, as_json: bool, **options: Any) -> None:
     """Step the system that CONFIG describes and save what it computes."""
-    factor, on_overrun = options.pop("real_time"), options.pop("on_overrun")
+    factor, on_overrun, level = options.pop("real_time"), options.pop("on_overrun"), options.pop("level")
     request = Request(**options)
     experiment = prepare(config, request, show_building)
     path = output or results_folder(experiment.config.name, request.variant, request.assignments)
@@ -107,7 +116,10 @@ def run(config: Path, output: Path | None, as_json: bool, **options: Any) -> Non
     with signals.noted() as interruption, OutputFolder(path) as folder:
         is_long = experiment.grid.n_ticks > _ROWS_IN_MEMORY
         streamed = ResultFiles(path) if is_long else None
-        outcome = _simulate(experiment, pacer, streamed, interruption)
+        log_file = None if level == "none" else LogFile(folder.path / LOG, level)
+        outcome = _simulate(experiment, pacer, streamed, interruption, log_file)
+        if log_file is not None:
+            log_file.close()
         report = save_run(experiment, outcome, folder, streamed, interruption)
     _answer(report, as_json)
     sys.exit(_exit_status(report, interruption))
@@ -120,7 +132,11 @@ def _exit_status(report: Report, interruption: Interruption) -> int:
 
 
 def _simulate(
-    experiment: Experiment, pacer: Pacer | None, sink: ResultFiles | None, interruption: Interruption
+    experiment: Experiment,
+    pacer: Pacer | None,
+    sink: ResultFiles | None,
+    interruption: Interruption,
+    log_file: LogFile | None,
 ) -> Outcome:
     grid = experiment.grid
     options = RunOptions(
@@ -138,6 +154,7 @@ def _simulate(
             options,
             interruption,
             lambda: _shown(experiment, stack),
+            log_file,
         )
 
 

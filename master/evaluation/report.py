@@ -8,9 +8,10 @@ from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 from master.experiment.experiment import Experiment
+from master.fmi.messages import Said
 from master.process.signals import Interruption
 from master.recording.files import ResultFiles, existing, write_result
-from master.recording.folder import PICTURE, SUMMARY, OutputFolder, reason
+from master.recording.folder import LOG, PICTURE, SUMMARY, OutputFolder, reason
 from master.stepping.outcome import COMPLETED, FAILED, INTERRUPTED, TERMINATED, Outcome
 
 from .metrics import Metrics, compute_metrics
@@ -34,6 +35,7 @@ class Report:
     real_time: dict[str, Any] | None = None
     not_reached: list[str] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
+    messages: list[Said] = field(default_factory=list)
 
     def as_dict(self) -> dict[str, Any]:
         """Fields for JSON."""
@@ -54,6 +56,8 @@ def save_run(
     interrupted while it is saved is `interrupted`.
     """
     files, fault = _save_rows(outcome, folder, streamed)
+    if (folder.path / LOG).exists():
+        files["log"] = str(folder.shown / LOG)
     if fault and outcome.error is None:
         outcome = replace(outcome, status=FAILED, cause=fault)
     if interruption and outcome.status in (COMPLETED, TERMINATED):
@@ -140,6 +144,7 @@ def _summarise(experiment: Experiment, outcome: Outcome, files: dict[str, str], 
         real_time=outcome.real_time,
         not_reached=outcome.not_reached,
         notes=experiment.notes,
+        messages=outcome.messages,
     )
 
 
@@ -148,6 +153,9 @@ def _message(outcome: Outcome) -> str:
         return str(outcome.error)
     return f"{outcome.status}: {outcome.cause}" if outcome.cause else ""
 
+
+_MOST_MESSAGES = 10
+_LONGEST_MESSAGE = 300
 
 _LABELS = {
     "zeta": ("damping ratio zeta", ".6f"),
@@ -173,8 +181,23 @@ def summary_lines(report: Report) -> list[str]:
         lines.append(f"  {label:<54}{'-' if value is None else format(value, form)}")
     lines += [f"  {'an event that did not happen: when':<54}{text}" for text in report.not_reached]
     lines += [f"  note: {note}" for note in report.notes]
+    lines += _message_lines(report.messages)
     lines += _real_time_lines(report.real_time or {})
     return lines + [f"  {kind:<54}{path}" for kind, path in report.files.items()]
+
+
+def _message_lines(messages: list[Said]) -> list[str]:
+    """Warnings and errors of FMUs, the worst first."""
+    worst_first = sorted(messages, key=lambda said: said.status == "warning")
+    lines = []
+    for said in worst_first[:_MOST_MESSAGES]:
+        when = "" if said.t is None else f" at t = {said.t:.9g} s"
+        times = "" if said.count == 1 else f", {said.count} times"
+        category = f"[{said.category}] " if said.category else ""
+        lines.append(f"  {said.status} of {said.fmu}{when}{times}: {category}{said.text[:_LONGEST_MESSAGE]}")
+    if len(messages) > _MOST_MESSAGES:
+        lines.append(f"  ... and {len(messages) - _MOST_MESSAGES} more messages of FMUs, in {SUMMARY}")
+    return lines
 
 
 def _real_time_lines(found: dict[str, Any]) -> list[str]:

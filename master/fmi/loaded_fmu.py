@@ -10,12 +10,14 @@ from pathlib import Path
 from typing import Any
 
 from master.errors import FmuError
+from master.process import position
 
-from . import unpacked
+from . import messages, unpacked
 from .description import Description, Kind, Variable
+from .messages import STATUS, status_name
 from .value_types import RANGES
 
-STATUS = ("ok", "warning", "discard", "error", "fatal", "pending")
+__all__ = ["STATUS", "FmuSlave", "address", "unpack"]
 
 _logger = logging.getLogger("dockloop.fmu")
 
@@ -25,12 +27,12 @@ class FmuSlave:
 
     def __init__(self, name: str, description: Description) -> None:
         self.name, self.description = name, description
-        self._messages: list[str] = []
         self._is_initialised = False
         try:
             self._folder = unpacked.acquire(description, unpack)
         except (OSError, zipfile.BadZipFile) as error:
             raise FmuError(name, f"{description.path}: cannot be unpacked: {error}") from None
+        self._enter("instantiate")
         try:
             self._fmu: Any = self._instantiate()
         except Exception as error:  # FMPy and the loader raise bare exceptions
@@ -77,7 +79,7 @@ class FmuSlave:
         self._is_initialised = True
 
     def last_message(self) -> str:
-        return self._messages[-1] if self._messages else ""
+        return messages.current().of_call(self.name)
 
     def asked_for_end(self) -> bool:
         return False
@@ -86,33 +88,41 @@ class FmuSlave:
         if not fatal:
             try:
                 if self._is_initialised and not failed:
+                    self._enter("terminate")
                     self._fmu.terminate()
+                self._enter("freeInstance")
                 self._free()
             except Exception as error:  # an FMU that fails at its end has given its results already
                 _logger.warning("%s: %s", self.name, error)
+        position.current().leave()
         unpacked.release(self._folder)
 
     def _free(self) -> None:
         self._fmu.freeInstance()
 
     def _call(self, function: Callable[..., Any], *arguments: Any, **named: Any) -> Any:
+        position.current().check_stop()
+        self._enter(function.__name__)
         try:
             return function(*arguments, **named)
         except Exception as error:  # FMPy: FMICallException with a status
             status = getattr(error, "status", None)
-            name = STATUS[status] if isinstance(status, int) and status < len(STATUS) else "error"
+            name = status_name(status) if isinstance(status, int) else "error"
             raise FmuError(self.name, self._failure(str(error)), status=name) from None
 
-    def _failure(self, text: str) -> str:
-        """What the FMU said is wrong; PythonFMU's note on an exception only if there is nothing else."""
-        said = next((m for m in reversed(self._messages) if "py exception" not in m), "")
-        return said or text
+    def _enter(self, function: str) -> None:
+        """Note a call, by the name that FMPy's method has."""
+        position.current().enter(
+            self.name, f"fmi{self.description.version}{function[0].upper()}{function[1:]}"
+        )
 
-    def _note(self, status: int, message: bytes | None) -> None:
-        text = (message or b"").decode("utf-8", errors="replace").strip()
-        _logger.debug("%s (%s): %s", self.name, STATUS[status] if status < len(STATUS) else status, text)
-        if status:
-            self._messages.append(text)
+    def _failure(self, text: str) -> str:
+        """What the FMU said of the call that failed, else the text."""
+        return self.last_message() or text
+
+    def _note(self, status: int, category: str, text: str) -> None:
+        _logger.debug("%s (%s): %s", self.name, status_name(status), text)
+        messages.current().note(self.name, status, category, text)
 
 
 def unpack(path: Path) -> str:

@@ -51,6 +51,13 @@ class Position:
         self.cells = memoryview(self._memory)[:_TEXT].cast("d")
         self.slaves: list[tuple[str, int]] = []
 
+    def begin(self) -> None:
+        """Note that a run begins."""
+        self.leave()
+        self.cells[PHASE] = OUTSIDE
+        self.cells[TICK] = 0.0
+        self.cells[STAGE] = LOADING
+
     def enter(self, instance: str, function: str) -> None:
         """Note a call that is made outside the stepping loop."""
         self._write(0, instance)
@@ -73,8 +80,8 @@ class Position:
         return Call(instance, _FUNCTIONS[version][phase], tick)
 
     def check_stop(self) -> None:
-        """Raise Interrupted if the run is asked to end."""
-        if self.cells[STOP]:
+        """Raise Interrupted if the run is asked to end before it steps; the stepping loop looks itself."""
+        if self.cells[STOP] and self.cells[STAGE] == LOADING:
             raise Interrupted
 
     def _write(self, place: int, text: str) -> None:

@@ -27,8 +27,9 @@ from typing import Any
 from master.coupling.schedule import Schedule
 from master.errors import FmuError
 from master.fmi import unpacked
+from master.fmi.messages import LogFile, MessageLog, Said
 from master.process import position, signals
-from master.process.position import Position, shared_memory
+from master.process.position import Call, Position, shared_memory
 from master.process.signals import Interruption
 from master.process.surroundings import standard_output_as_error
 from master.recording.folder import reason
@@ -59,6 +60,15 @@ class Answer:
     error: Exception | None = None
 
 
+@dataclass(frozen=True)
+class Heard:
+    """Messages so far: what an FMU said in a call, and all of them."""
+
+    call: Call | None
+    text: str
+    said: list[Said]
+
+
 class _Mailbox:
     """Shared memory for objects; the last one that was put completely is the one to get."""
 
@@ -86,6 +96,7 @@ def simulate_apart(
     options: RunOptions,
     interruption: Interruption,
     progress: Callable[[], ProgressCallback],
+    log_file: LogFile | None = None,
 ) -> Outcome:
     """
     Step a system over the grid, as `simulate` does, in a process of its own where the system can fork.
@@ -97,27 +108,48 @@ def simulate_apart(
         options: Limits, scenario, real time, where rows go.
         interruption: Signals of this process; they end the run.
         progress: Returns what is called with the number of ticks done since the last call.
+        log_file: Where messages of FMUs are written.
 
     Raises:
         FmuError: If an FMU cannot be loaded or initialised; later failures are in the outcome.
     """
     if not IS_POSSIBLE:
-        with standard_output_as_error():
-            return simulate.simulate(system, schedule, grid, options=options, progress=progress())
+        log = MessageLog(grid.time, log_file)
+        return _in_this_process(system, schedule, grid, replace(options, log=log), progress())
     with tempfile.TemporaryDirectory(prefix="dockloop-", ignore_cleanup_errors=True) as folder:
-        run = _Run(system, schedule, grid, options, Path(folder))
+        run = _Run(system, schedule, grid, options, Path(folder), log_file)
         run.begin()
         return run.watch(interruption, progress())
+
+
+def _in_this_process(
+    system: System, schedule: Schedule, grid: Grid, options: RunOptions, progress: ProgressCallback
+) -> Outcome:
+    with standard_output_as_error():
+        try:
+            return simulate.simulate(system, schedule, grid, options=options, progress=progress)
+        except position.Interrupted:
+            return Outcome(INTERRUPTED, Recorder([], grid.t0, grid.step_size).result(), 0.0, 0)
 
 
 class _Run:
     """A run in a process of its own, as seen from here."""
 
     def __init__(
-        self, system: System, schedule: Schedule, grid: Grid, options: RunOptions, folder: Path
+        self,
+        system: System,
+        schedule: Schedule,
+        grid: Grid,
+        options: RunOptions,
+        folder: Path,
+        log_file: LogFile | None,
     ) -> None:
-        self.system, self.schedule, self.grid, self.options = system, schedule, grid, options
+        self.system = system
+        self.schedule = schedule
+        self.grid = grid
+        self.options = options
         self.folder = folder
+        self.log_file = log_file
         self.position = Position(shared_memory(position.N_BYTES))
         self.position.slaves = [(n, i.description.version) for n, i in system.instances.items()]
         ports = recorded_ports(system)
@@ -129,6 +161,7 @@ class _Run:
         )
         self.storage_fault = ""
         self.mailbox = _Mailbox()
+        self.messages = _Mailbox()
         self._process = 0
         self._status: int | None = None
 
@@ -216,7 +249,8 @@ class _Run:
         """Say how a process ended that did not come to its end."""
         call = self.position.call()
         steps = max(0, end - 1)
-        base = outcome or Outcome(FAILED, self.rows.result(), 0.0, steps)
+        heard = self.messages.get() or Heard(None, "", [])
+        base = outcome or Outcome(FAILED, self.rows.result(), 0.0, steps, messages=heard.said)
         t = self.grid.time(steps)
         if was_killed:
             within = f"{call.instance} at t={t:.9g} s: did not return from {call.function}" if call else ""
@@ -224,6 +258,7 @@ class _Run:
         said = f"ended the process, {_ending(self._status or 0)}"
         where = call.instance if call else "the run"
         said += f", in {call.function}" if call else " in no call of an FMU"
+        said += f", after it said {heard.text}" if call and heard.call == call and heard.text else ""
         return replace(base, status=FAILED, error=FmuError(where, said, time=t, status="fatal"))
 
     def _step(self, parent: int) -> None:
@@ -242,12 +277,21 @@ class _Run:
         self.position.cells[position.FINISHED] = 1.0
 
     def _simulated(self) -> Outcome:
-        options = replace(self.options, sink=None, keep_every=1, recorder=self.rows)
+        log = MessageLog(self.grid.time, self.log_file, self._hear)
+        options = replace(self.options, sink=None, keep_every=1, recorder=self.rows, log=log)
         begun = simulate.running(self.system, self.schedule, self.grid, options=options)
-        with begun as (outcome, _):
-            self.mailbox.put(Answer(outcome=outcome))
-            self.position.cells[position.STAGE] = position.ENDING
+        try:
+            with begun as (outcome, _):
+                self.mailbox.put(Answer(outcome=outcome))
+                self.position.cells[position.STAGE] = position.ENDING
+        finally:
+            if self.log_file is not None:
+                self.log_file.end()
         return outcome
+
+    def _hear(self, log: MessageLog, fmu: str) -> None:
+        """Hand messages over, for the case that the process ends in the call that they come from."""
+        self.messages.put(Heard(self.position.call(), log.of_call(fmu), log.summary()))
 
 
 def _die_with(parent: int) -> None:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from master.errors import FmuError
+from master.fmi.messages import MessageLog, Said
 from master.recording.recorder import Result, Rows, Sink
 from master.stepping.pacing import Pacer
 from master.system.scenario import Scenario
@@ -28,7 +29,8 @@ class RunOptions:
 
     `limits`: largest magnitude by signal, beyond which the run has diverged. `scenario`: events.
     `pacer`: real time. `sink`: where all rows go; then every `keep_every`-th stays in memory.
-    `recorder`: where rows are collected instead of in memory of this process.
+    `recorder`: where rows are collected instead of in memory of this process. `log`: takes the
+    messages of FMUs.
     """
 
     limits: Mapping[str, float] = field(default_factory=dict)
@@ -37,6 +39,7 @@ class RunOptions:
     sink: Sink | None = None
     keep_every: int = 1
     recorder: Rows | None = None
+    log: MessageLog | None = None
 
 
 @dataclass
@@ -45,7 +48,8 @@ class Outcome:
     How a run ended and what it computed.
 
     `error` says why if it failed, `cause` why it ended early; `not_reached` are the conditions of a
-    scenario that did not come true, `storage_fault` says what went wrong with the files it wrote.
+    scenario that did not come true, `storage_fault` says what went wrong with the files it wrote,
+    `messages` are the warnings and errors of FMUs.
     """
 
     status: str
@@ -57,3 +61,4 @@ class Outcome:
     real_time: dict[str, Any] | None = None
     not_reached: list[str] = field(default_factory=list)
     storage_fault: str = ""
+    messages: list[Said] = field(default_factory=list)

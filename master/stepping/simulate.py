@@ -7,12 +7,15 @@ from contextlib import contextmanager
 
 from master.coupling.schedule import Schedule
 from master.errors import FmuError
+from master.fmi import messages
 from master.fmi.description import Description
 from master.fmi.fmi2 import Fmi2Slave
 from master.fmi.fmi3 import Fmi3Slave
+from master.fmi.messages import MessageLog
 from master.fmi.native import calls
 from master.fmi.slave import Slave
 from master.fmi.unpacked import require_binary
+from master.process import position
 from master.stepping.machine.interpreter import compiled as compiled_execute
 from master.stepping.machine.interpreter import execute
 from master.stepping.machine.program import Program
@@ -87,25 +90,32 @@ def running(
 ) -> Iterator[tuple[Outcome, Mapping[str, Slave]]]:
     """Step a system as `simulate` does, and give its FMUs beside the outcome; they end behind the block."""
     options = options or RunOptions()
+    log = options.log or MessageLog(grid.time)
     slaves: dict[str, Slave] = {}
     failed: dict[str, str] = {}
-    try:
-        for name, instance in system.instances.items():
-            slaves[name] = factory(name, instance.description)
-        initialise(system, schedule, slaves, grid.t0)
-        program = build_program(system, schedule, slaves, options.scenario.channels())
-        loop = RunLoop(system, grid, program, slaves, options)
-        outcome = loop.run(compiled_execute() if compiled else execute, progress)
-        if outcome.error is not None:
-            failed[outcome.error.instance] = outcome.error.status
-        _free_states(program, slaves, failed)
-        yield outcome, slaves
-    except FmuError as error:
-        failed[error.instance] = error.status
-        raise
-    finally:
-        for name, slave in slaves.items():
-            slave.close(failed=name in failed, fatal=failed.get(name) == FATAL)
+    outcome: Outcome | None = None
+    position.current().begin()
+    with messages.collecting(log):
+        try:
+            for name, instance in system.instances.items():
+                slaves[name] = factory(name, instance.description)
+            initialise(system, schedule, slaves, grid.t0)
+            program = build_program(system, schedule, slaves, options.scenario.channels())
+            loop = RunLoop(system, grid, program, slaves, options)
+            outcome = loop.run(compiled_execute() if compiled else execute, progress)
+            outcome.messages = log.summary()
+            if outcome.error is not None:
+                failed[outcome.error.instance] = outcome.error.status
+            _free_states(program, slaves, failed)
+            yield outcome, slaves
+        except FmuError as error:
+            failed[error.instance] = error.status
+            raise
+        finally:
+            for name, slave in slaves.items():
+                slave.close(failed=name in failed, fatal=failed.get(name) == FATAL)
+            if outcome is not None:
+                outcome.messages = log.summary()
 
 
 def _free_states(program: Program, slaves: Mapping[str, Slave], failed: Collection[str]) -> None:

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from master.diagnosis.numerics.arrays import Array
 from master.errors import ConfigError, FmuError
+from master.fmi import messages
 from master.fmi.description import Description, Kind, Variable
 from master.fmi.fmi2 import Fmi2Slave
 from master.fmi.native import calls
@@ -58,7 +59,7 @@ class Link:
 
 class _Slave(Fmi2Slave):
     def restart(self, start: Mapping[str, float | str], t0: float) -> None:
-        self._messages.clear()
+        messages.current().forget(self.name)
         self._call(self._fmu.reset)
         self.enter_initialisation(start, t0)
 
