@@ -14,7 +14,8 @@ from master.process import position
 
 from . import messages, unpacked
 from .description import Description, Kind, Variable
-from .messages import STATUS, status_name
+from .messages import CHANGES_FLOAT_MODE, STATUS, status_name
+from .native.float_mode import restore_float_mode
 from .value_types import RANGES
 
 __all__ = ["STATUS", "FmuSlave", "address", "unpack"]
@@ -38,6 +39,8 @@ class FmuSlave:
         except Exception as error:  # FMPy and the loader raise bare exceptions
             unpacked.release(self._folder)
             raise FmuError(name, self._failure(f"cannot be loaded: {error}")) from None
+        finally:
+            self._leave()
 
     def _instantiate(self) -> Any:
         raise NotImplementedError
@@ -94,7 +97,7 @@ class FmuSlave:
                 self._free()
             except Exception as error:  # an FMU that fails at its end has given its results already
                 _logger.warning("%s: %s", self.name, error)
-        position.current().leave()
+        self._leave()
         unpacked.release(self._folder)
 
     def _free(self) -> None:
@@ -109,12 +112,20 @@ class FmuSlave:
             status = getattr(error, "status", None)
             name = status_name(status) if isinstance(status, int) else "error"
             raise FmuError(self.name, self._failure(str(error)), status=name) from None
+        finally:
+            self._leave()
 
     def _enter(self, function: str) -> None:
         """Note a call, by the name that FMPy's method has."""
         position.current().enter(
             self.name, f"fmi{self.description.version}{function[0].upper()}{function[1:]}"
         )
+
+    def _leave(self) -> None:
+        """Note the end of a call, and undo what it changed for the next one."""
+        position.current().leave()
+        if restore_float_mode():
+            self._note(STATUS.index("warning"), "floating point", CHANGES_FLOAT_MODE)
 
     def _failure(self, text: str) -> str:
         """What the FMU said of the call that failed, else the text."""

@@ -21,7 +21,10 @@ from master.text.printable import printable
 STATUS = ("ok", "warning", "discard", "error", "fatal", "pending")
 LEVELS = {"error": ("discard", "error", "fatal"), "warning": STATUS[1:5], "all": STATUS}
 
-_OK, _WARNING, _FATAL = STATUS.index("ok"), STATUS.index("warning"), STATUS.index("fatal")
+CHANGES_FLOAT_MODE = "changes rounding, traps or flush to zero, which is undone after its call"
+
+_OK = STATUS.index("ok")
+_FATAL = STATUS.index("fatal")
 _MOST_OF_A_CALL = 5
 _MOST_DIFFERENT = 20  # of an instance; numbers in a text make each message a different one
 _MOST_BYTES = 50_000_000  # of a log file
@@ -58,6 +61,40 @@ class _Message:
         return f"[{self.category}] {self.text}" if self.category else self.text
 
 
+class _OfCall:
+    """The worst messages of an FMU in one call."""
+
+    def __init__(self, call: Call | None) -> None:
+        self.call = call
+        self._messages: list[_Message] = []
+        self._left_out = 0
+
+    def keep(self, message: _Message) -> None:
+        """Take a message; of too many the last one among the least bad is dropped."""
+        self._messages.append(message)
+        if len(self._messages) > _MOST_OF_A_CALL:
+            least = min(reversed(self._messages), key=lambda m: _severity(m.status))
+            self._messages.reverse()
+            self._messages.remove(least)
+            self._messages.reverse()
+            self._left_out += 1
+
+    def belongs_to(self, call: Call | None) -> bool:
+        """Whether they are of this call, or of the same turn of the FMU in the stepping loop."""
+        if self.call is None or call is None:
+            return self.call is call
+        same_turn = self.call.is_in_loop and call.is_in_loop and self.call.tick == call.tick
+        return same_turn or self.call == call
+
+    def text(self) -> str:
+        """Return the messages, the worst first; those without a fault only where there is no other."""
+        relevant = [m for m in self._messages if m.status != _OK] or self._messages
+        relevant = [m for m in relevant if not _PYTHON_NOTE.search(m.text)] or relevant
+        worst_first = sorted(relevant, key=lambda m: -_severity(m.status))
+        more = [f"... and {self._left_out} more"] if self._left_out else []
+        return "; ".join([*map(str, worst_first), *more])
+
+
 class MessageLog:
     """
     Messages of all FMUs of a run.
@@ -78,19 +115,16 @@ class MessageLog:
         self._file = file
         self._changed = changed
         self._said: dict[tuple[str, int, str, str], Said] = {}
-        self._call: Call | None = None
-        self._of_call: dict[str, list[_Message]] = {}
-        self._left_out = 0
+        self._of_call: dict[str, _OfCall] = {}
 
     def note(self, fmu: str, status: int, category: str, text: str) -> None:
         """Take a message."""
         message = _Message(status, printable(category.strip()), printable(text.strip()))
         call = position.current().call()
-        if call != self._call:
-            self._call = call
-            self._of_call.clear()
-            self._left_out = 0
-        self._keep(fmu, message)
+        told = self._of_call.get(fmu)
+        if told is None or told.call != call:
+            told = self._of_call[fmu] = _OfCall(call)
+        told.keep(message)
         t = None if call is None or self._time_of is None else self._time_of(call.tick)
         if self._file is not None:
             self._file.write(fmu, status, str(message), t)
@@ -98,14 +132,9 @@ class MessageLog:
             self._count(fmu, message, t)
 
     def of_call(self, fmu: str) -> str:
-        """Return what an FMU said in the present call, the worst first; empty if nothing."""
-        told = self._of_call.get(fmu, []) if position.current().call() == self._call else []
-        relevant = [m for m in told if m.status != _OK] or told
-        relevant = [m for m in relevant if not _PYTHON_NOTE.search(m.text)] or relevant
-        worst_first = sorted(relevant, key=lambda m: -_severity(m.status))
-        return "; ".join(map(str, worst_first)) + (
-            f"; ... and {self._left_out} more" if self._left_out else ""
-        )
+        """Return what an FMU said in the present call (or turn), the worst first; empty if nothing."""
+        told = self._of_call.get(fmu)
+        return told.text() if told is not None and told.belongs_to(position.current().call()) else ""
 
     def summary(self) -> list[Said]:
         """Return warnings and errors so far, alike ones counted."""
@@ -115,16 +144,6 @@ class MessageLog:
         """Drop what an FMU said of an attempt that is made again in another way."""
         self._of_call.pop(fmu, None)
         self._said = {key: said for key, said in self._said.items() if key[0] != fmu}
-
-    def _keep(self, fmu: str, message: _Message) -> None:
-        told = self._of_call.setdefault(fmu, [])
-        told.append(message)
-        if len(told) > _MOST_OF_A_CALL:
-            least = min(range(len(told) - 1), key=lambda i: _severity(told[i].status))
-            if _severity(told[least].status) > _severity(message.status):
-                least = len(told) - 1
-            del told[least]
-            self._left_out += 1
 
     def _count(self, fmu: str, message: _Message, t: float | None) -> None:
         key = (fmu, message.status, message.category, message.text)

@@ -7,13 +7,14 @@ process that shares the memory can say what went wrong where the process ended w
 
 from __future__ import annotations
 
+import ctypes
 import mmap
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any, NamedTuple
 
-TICK, SLAVE, PHASE, STAGE, WRITTEN, CONSUMED, STOP, FINISHED = range(8)
-_N_CELLS = 8
+TICK, SLAVE, PHASE, STAGE, WRITTEN, CONSUMED, STOP, FINISHED, FLOAT_MODE, FLOAT_TICK = range(10)
+_N_CELLS = 16
 _TEXT = 8 * _N_CELLS
 _TEXT_BYTES = 512
 N_BYTES = _TEXT + 2 * _TEXT_BYTES
@@ -32,18 +33,20 @@ class Interrupted(Exception):  # noqa: N818 - it is no error: a run that was ask
 
 
 class Call(NamedTuple):
-    """A call of an FMU: instance, function, and the tick in which it is made."""
+    """A call of an FMU: instance, function, the tick in which it is made, whether by the stepping loop."""
 
     instance: str
     function: str
     tick: int
+    is_in_loop: bool = False
 
 
 class Position:
     """
     Present call of a run, in memory that may be shared.
 
-    `cells` are numbers that compiled code writes too; see the names of the indices above.
+    `cells` are numbers that compiled code writes too, at the indices named above; FLOAT_MODE is 1 + the
+    number of a slave that changed the floating-point mode, FLOAT_TICK the tick in which it did.
     """
 
     def __init__(self, memory: Any | None = None) -> None:
@@ -77,7 +80,11 @@ class Position:
         if phase == OUTSIDE or not self.slaves:
             return None
         instance, version = self.slaves[int(self.cells[SLAVE])]
-        return Call(instance, _FUNCTIONS[version][phase], tick)
+        return Call(instance, _FUNCTIONS[version][phase], tick, is_in_loop=True)
+
+    def address(self) -> int:
+        """Address of the cells."""
+        return ctypes.addressof(ctypes.c_char.from_buffer(self._memory))
 
     def check_stop(self) -> None:
         """Raise Interrupted if the run is asked to end before it steps; the stepping loop looks itself."""

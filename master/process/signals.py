@@ -29,7 +29,12 @@ def end_at_once() -> None:
 
 
 def _leave(number: int, _: FrameType | None) -> None:
+    _unheeded.append(number)
     sys.exit(exit_status(number))
+
+
+_unheeded: list[int] = []
+"""Signals whose exit some library caught while it was imported; see `noted`."""
 
 
 class Interruption:
@@ -77,6 +82,8 @@ def noted(numbers: Sequence[int] = SIGNALS) -> Iterator[Interruption]:
         return
     before = {number: signal.signal(number, interruption.note) for number in numbers}
     _active.append(interruption)
+    for number in _unheeded:
+        interruption.note(number)
     try:
         yield interruption
     finally:

@@ -27,8 +27,9 @@ def standard_output_as_error() -> Iterator[None]:
     finally:
         _flush()
         if output >= 0:
-            os.dup2(output, 1)
-            os.close(output)
+            with contextlib.suppress(OSError):  # an FMU may have closed it
+                os.dup2(output, 1)
+                os.close(output)
 
 
 def _flush() -> None:

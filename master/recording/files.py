@@ -8,6 +8,7 @@ can be read whenever the process ends; they become one file when the run ends.
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
 import time
 from collections.abc import Iterator
@@ -23,6 +24,7 @@ from .recorder import Result
 _PART_SECONDS = 0.5
 _PART_SHARE = 0.02  # of the time since the first row, so that a run of hours has some hundred parts
 _PART_BYTES = 2**26
+_BLOCK_ROWS = 1000
 _BLOCK_SECONDS = 0.1  # rows that come one by one are written in blocks
 
 
@@ -66,13 +68,15 @@ class ResultFiles:
         if self._csv is None or self._parts is None:
             return
         self._csv.keep_whole_rows()
-        if self._csv.is_in_place():
-            with contextlib.suppress(OSError):
+        with contextlib.suppress(OSError):
+            if not self._csv.is_in_place():
+                self.folder.mkdir(parents=True, exist_ok=True)
+                self._csv.write_again()
+                _parquet_of_csv(self.csv, self.parquet, self._parts.schema)
+            elif self._parts.is_empty():
+                _parquet_of_csv(self.csv, self.parquet, self._parts.schema)
+            else:
                 self._parts.join(self.parquet)
-        else:
-            self.folder.mkdir(parents=True, exist_ok=True)
-            self._csv.write_again()
-            _parquet_of_csv(self.csv, self.parquet, self._parts.schema)
         self._csv.close()
 
     def __enter__(self) -> ResultFiles:
@@ -110,10 +114,11 @@ class _Csv:
         self._whole = self._file.tell()
 
     def write(self, table: Any) -> None:
-        self._writer.write_table(table)
+        for first in range(0, len(table), _BLOCK_ROWS):
+            self._writer.write_table(table.slice(first, _BLOCK_ROWS))
+            self._whole = self._file.tell()
         if not self.is_in_place():
-            raise FileNotFoundError(2, "removed during the run", str(self._path))
-        self._whole = self._file.tell()
+            raise FileNotFoundError(errno.ENOENT, "removed during the run", str(self._path))
 
     def is_in_place(self) -> bool:
         """Whether the path still leads to the file that is written."""
@@ -180,6 +185,10 @@ class _Parts:
         if now - self._last > max(_PART_SECONDS, _PART_SHARE * (now - self._begin)) or n_bytes > _PART_BYTES:
             self._write_part()
             self._last = time.monotonic()
+
+    def is_empty(self) -> bool:
+        """Whether it holds no row."""
+        return not (self._paths or self._tables)
 
     def join(self, path: Path) -> None:
         """Write the last rows, and make one file of all parts; they go when it is complete."""

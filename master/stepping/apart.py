@@ -13,7 +13,6 @@ import os
 import pickle
 import select
 import signal
-import struct
 import sys
 import tempfile
 import traceback
@@ -22,13 +21,13 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 from master.coupling.schedule import Schedule
 from master.errors import FmuError
 from master.fmi import unpacked
 from master.fmi.messages import LogFile, MessageLog, Said
 from master.process import position, signals
+from master.process.mailbox import Mailbox
 from master.process.position import Call, Position, shared_memory
 from master.process.signals import Interruption
 from master.process.surroundings import standard_output_as_error
@@ -48,7 +47,6 @@ _LOOK_SECONDS = 0.05
 _PATIENCE = {signal.SIGINT: math.inf}  # until the user insists
 _USUAL_PATIENCE = 5.0
 _PATIENCE_OUTSIDE_STEPS = 2.0
-_ANSWER_BYTES = 2**28  # of address space
 _DEATH_SIGNAL = 1  # PR_SET_PDEATHSIG
 
 
@@ -67,26 +65,6 @@ class Heard:
     call: Call | None
     text: str
     said: list[Said]
-
-
-class _Mailbox:
-    """Shared memory for objects; the last one that was put completely is the one to get."""
-
-    _LENGTH = struct.Struct("<Q")
-
-    def __init__(self) -> None:
-        self._memory = shared_memory(_ANSWER_BYTES)
-
-    def put(self, thing: Any) -> None:
-        data = pickle.dumps(thing)
-        first = self._LENGTH.size
-        self._memory[:first] = self._LENGTH.pack(0)
-        self._memory[first : first + len(data)] = data
-        self._memory[:first] = self._LENGTH.pack(len(data))
-
-    def get(self) -> Any:
-        [length] = self._LENGTH.unpack(self._memory[: self._LENGTH.size])
-        return pickle.loads(self._memory[self._LENGTH.size :][:length]) if length else None
 
 
 def simulate_apart(
@@ -160,8 +138,8 @@ class _Run:
             ports, grid.t0, grid.step_size, options.keep_every, options.sink, n_rows if is_ring else 1
         )
         self.storage_fault = ""
-        self.mailbox = _Mailbox()
-        self.messages = _Mailbox()
+        self.mailbox = Mailbox()
+        self.messages = Mailbox()
         self._process = 0
         self._status: int | None = None
 

@@ -11,6 +11,7 @@ from master.coupling.schedule import Iteration, Schedule
 from master.fmi.arrays import completed
 from master.fmi.description import Kind, Variable
 from master.fmi.slave import Slave
+from master.process import position
 from master.stepping.machine.program import (
     BLOCK_WIDTH,
     CHANNEL,
@@ -101,7 +102,14 @@ class _Translator:
             residuals=_table(self.residuals, 3),
             tolerances=np.array(self.tolerances, dtype=np.float64),
             channels=np.zeros((len(self.channel_of), HELD + 1)),
+            position=self._position(),
         )
+
+    def _position(self) -> NDArray[np.float64]:
+        """Cells in which the run writes where it is."""
+        present = position.current()
+        present.slaves = [(name, self.interfaces[name].version) for name in self.names]
+        return np.asarray(present.cells)
 
     def _slave(self, name: str) -> list[int]:
         interface = self.interfaces[name]

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from master.errors import FmuError
+from master.fmi import messages
 from master.fmi.loaded_fmu import STATUS
 from master.fmi.native.cells import first_misfit
 from master.fmi.slave import Slave
@@ -18,7 +19,7 @@ from master.fmi.value_types import NAMES, RANGES
 from master.process import position, signals
 from master.recording.recorder import Recorder, Rows
 from master.stepping.machine.operations import ENDED_WITHIN, MISFIT, STOOD_STILL, WANTED_EVENTS
-from master.stepping.machine.program import Program
+from master.stepping.machine.program import WARNING, Program
 from master.stepping.outcome import (
     COMPLETED,
     DIVERGED,
@@ -92,6 +93,7 @@ class RunLoop:
                     chunk = 1
                 n, before = self._chunk(chunk), self.seconds
                 ended = self._ended(*self._execute(execute, n))
+                self._report_float_mode()
                 progress(n)
                 if ended is not None:
                     return ended
@@ -117,6 +119,16 @@ class RunLoop:
             self.recorder.add(rows[:complete])
         self.done += complete
         return outcome, where, status
+
+    def _report_float_mode(self) -> None:
+        """Say whose floating-point mode was undone."""
+        cells = self.position.cells
+        slave = int(cells[position.FLOAT_MODE])
+        if slave:
+            cells[position.FLOAT_MODE] = 0.0
+            cells[position.TICK] = cells[position.FLOAT_TICK]
+            name = self.program.names[slave - 1]
+            messages.current().note(name, WARNING, "floating point", messages.CHANGES_FLOAT_MODE)
 
     def _ended(self, outcome: int, where: int, status: int) -> Outcome | None:
         if outcome == interpreter.FAILED:

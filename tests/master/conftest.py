@@ -98,5 +98,5 @@ def bay(tmp_path, monkeypatch):
             preparation.prepare(write(text), preparation.Request(**request))
         return [p.replace(f"{tmp_path}/", "") for p in caught.value.problems]
 
-    space.write, space.faults, space.factory = write, faults, factory
+    space.write, space.faults, space.factory, space.made = write, faults, factory, made
     return space

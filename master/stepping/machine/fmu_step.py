@@ -9,11 +9,22 @@ from __future__ import annotations
 
 from master.fmi.native import calls
 from master.fmi.native.cells import copy_cells, load, pack, row_at, store, unpack, whole
+from master.fmi.native.float_mode import restore_float_mode
 from master.fmi.native.jit import inlined
 from master.fmi.value_types import FLOAT64
+from master.process import position as cell
 
 from .operations import MISFIT, asks, heed
 from .program import BLOCK_WIDTH, COPY_WIDTH, WARNING
+
+PHASE = cell.PHASE
+SLAVE = cell.SLAVE
+TICK = cell.TICK
+FLOAT_MODE = cell.FLOAT_MODE
+FLOAT_TICK = cell.FLOAT_TICK
+SETTING = float(cell.SETTING)
+MAKING_A_STEP = float(cell.MAKING_A_STEP)
+GETTING = float(cell.GETTING)
 
 ANSWERS = 32  # bytes, see `operations.heed`
 
@@ -62,9 +73,10 @@ def turn(
     room: tuple[int, int],
     state: tuple[int, int],
     general: bool | None,
+    position: int,
 ) -> tuple[int, int]:
     """
-    Let an FMU take its turn.
+    Let an FMU take its turn; whatever it does to the floating-point mode is undone.
 
     Args:
         row: Address of its row in `slaves`.
@@ -73,22 +85,44 @@ def turn(
         room: Address of the values, and of `ANSWERS` bytes followed by room for a block of any type.
         state: Operation at which the end was asked for or -1, this operation.
         general: None if all FMUs are of FMI 2.0.
+        position: Address of the cells of the run's position.
 
     Returns:
         Status and the first of `state` anew; see `heed`.
     """
+    status, ended = _turn(row, blocks, step, room, state, general, position)
+    if restore_float_mode() != 0:
+        store(position, FLOAT_MODE, FLOAT64, load(position, SLAVE, FLOAT64) + 1.0)
+        store(position, FLOAT_TICK, FLOAT64, load(position, TICK, FLOAT64))
+    return status, ended
+
+
+@inlined
+def _turn(
+    row: int,
+    blocks: int,
+    step: tuple[float, float],
+    room: tuple[int, int],
+    state: tuple[int, int],
+    general: bool | None,
+    position: int,
+) -> tuple[int, int]:
+    """Set the inputs, step, and get the outputs, as far as the FMU answers well."""
     ended = state[0]
+    store(position, PHASE, FLOAT64, SETTING)
     slave = (whole(row, 0), 2 if general is None else whole(row, 1))
     for j in range(whole(row, 3), whole(row, 4)):
         status = _set(slave, row_at(blocks, BLOCK_WIDTH, j), room[0], room[1] + ANSWERS)
         if status > WARNING:
             return status, ended
+    store(position, PHASE, FLOAT64, MAKING_A_STEP)
     if general is None:
         status = calls.do_step(whole(row, 2), slave[0], step[0], step[1])
     else:
         status, ended = _do_step(slave, whole(row, 2), step, room[1], state)
     if status > WARNING:
         return status, ended
+    store(position, PHASE, FLOAT64, GETTING)
     for j in range(whole(row, 5), whole(row, 6)):
         status = _get(slave, row_at(blocks, BLOCK_WIDTH, j), room[0], room[1] + ANSWERS)
         if status > WARNING:

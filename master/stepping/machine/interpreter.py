@@ -12,8 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from master.fmi.native import calls
-from master.fmi.native.cells import LARGEST_SIZE, row_at, whole
+from master.fmi.native.cells import LARGEST_SIZE, row_at, store, whole
 from master.fmi.native.jit import inner
+from master.fmi.value_types import FLOAT64
+from master.process.position import SLAVE, TICK
 
 from .fmu_step import ANSWERS, copy, record, turn
 from .operations import channel, close_loop, extrapolate
@@ -40,8 +42,10 @@ _COMPILED = (
     "stepping/machine/program",
     "fmi/native/calls",
     "fmi/native/cells",
+    "fmi/native/float_mode",
     "fmi/native/jit",
     "fmi/value_types",
+    "process/position",
 )
 
 Floats = NDArray[np.float64]
@@ -162,8 +166,9 @@ def execute(
     scratch = np.zeros(ANSWERS + LARGEST_SIZE * values.size, np.uint8)
     observed, has_triggers = (watch.record.ctypes.data, watch.limits.ctypes.data), watch.triggers.shape[0] > 0
     n_recorded, written = (_n_first(watch.record), watch.record.size), rows.ctypes.data
-    (t0, h), room = grid, (data, scratch.ctypes.data)
+    (t0, h), room, position = grid, (data, scratch.ctypes.data), memory.position.ctypes.data
     for k in range(ticks[0], ticks[1]):
+        store(position, TICK, FLOAT64, float(k))
         i, status, worst, ended, row = 0, 0, -1, -1, k - ticks[0]
         while i < n_operations:
             at = row_at(operations, OPERATION_WIDTH, i)
@@ -174,7 +179,9 @@ def execute(
                 copy(row_at(copies, COPY_WIDTH, a), row_at(copies, COPY_WIDTH, b), conversions, data)
             elif code == STEP:
                 step = (t0 + (k + 1 - every) * h, every * h)
-                status, ended = turn(row_at(slaves, SLAVE_WIDTH, a), blocks, step, room, (ended, i), general)
+                store(position, SLAVE, FLOAT64, float(a))
+                slave = row_at(slaves, SLAVE_WIDTH, a)
+                status, ended = turn(slave, blocks, step, room, (ended, i), general, position)
             elif general is None:
                 pass
             elif code <= CHANNEL:

@@ -45,6 +45,7 @@ class Memory(NamedTuple):
     `loops`: [operation to go back to, first row of `residuals`, behind the last, most passes, passes]
     `residuals`: [source, target, conversion] of a wire that a loop must close, `tolerances` for each
     `channels`: [mode, offset, delay, jitter, fallback, random, its tick, drawn age, held] under a scenario
+    `position`: cells that say which tick, slave and function is going on, see `process.position`
     """
 
     operations: Integers
@@ -59,6 +60,7 @@ class Memory(NamedTuple):
     residuals: Integers
     tolerances: Floats
     channels: Floats
+    position: Floats
 
 
 @dataclass
