@@ -93,7 +93,7 @@ def _spec(experiment: Experiment) -> dict:
     instances = experiment.system.instances
     return {
         "step_size": experiment.config.step_size,
-        "order": [list(group) for group in experiment.schedule.groups],
+        "order": [list(members) for members in experiment.schedule.members],
         "fmus": {
             name: {
                 "path": str(i.description.path),

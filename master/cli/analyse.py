@@ -8,7 +8,7 @@ from typing import Any
 import click
 from rich.progress import Progress
 
-from master.analysis.closed_loop.linearise import Laboratory
+from master.analysis.closed_loop.linearise import Linearisation
 from master.analysis.measures.map_plot import plot_map
 from master.analysis.measures.sweep import StabilityMap, parse_axis, stability_map
 from master.analysis.measures.zeros import zeros
@@ -54,7 +54,7 @@ def analyse(
     experiment = prepare(config, request, show_building)
     if len(sweeps) > 2:
         raise ConfigError([f"--sweep: too many, got {len(sweeps)}, expected one or two"])
-    laboratory = Laboratory(experiment, after_run=True)
+    laboratory = Linearisation(experiment, after_run=True)
     title = " / ".join(filter(None, (experiment.config.name, request.variant)))
     answer: dict[str, Any] = {"name": experiment.config.name, "variant": request.variant}
     if sweeps:
@@ -76,7 +76,7 @@ def analyse(
     click.echo("\n".join([title, *text]))
 
 
-def _sweep(laboratory: Laboratory, sweeps: tuple[str, ...]) -> StabilityMap:
+def _sweep(laboratory: Linearisation, sweeps: tuple[str, ...]) -> StabilityMap:
     x, *more = [parse_axis(text, laboratory.system) for text in sweeps]
     y = more[0] if more else None
     total = len(x.values) if x.wire is None or y is None else len(y.values)
@@ -106,7 +106,7 @@ def _map_lines(answer: dict[str, Any]) -> list[str]:
     return [*rows, f"  {answer['plot']}"]
 
 
-def _zeros(laboratory: Laboratory, experiment: Experiment, pair: str) -> list[dict[str, Any]]:
+def _zeros(laboratory: Linearisation, experiment: Experiment, pair: str) -> list[dict[str, Any]]:
     coupled = laboratory.coupled()
     source, colon, signal = pair.partition(":")
     wires = {w.target.name: w for w in coupled.wires}

@@ -37,7 +37,7 @@ def _as_dict(experiment: Experiment) -> dict[str, Any]:
     return {
         "name": experiment.config.name,
         "step_size": experiment.config.step_size,
-        "order": [list(group) for group in experiment.schedule.groups],
+        "order": [list(members) for members in experiment.schedule.members],
         "connections": [_entry_dict(e) for e in ledger.entries],
         "loops": [{"path": p.path, "steps": p.steps, "seconds": p.seconds} for p in ledger.loops],
         "loops_complete": ledger.complete,
@@ -64,8 +64,8 @@ def _lines(experiment: Experiment) -> list[str]:
     step = experiment.config.step_size
     lines = [f"{experiment.config.name}: one tick is {1e3 * step:g} ms, stepped in this order"]
     for i, group in enumerate(experiment.schedule.groups, start=1):
-        rates = [n for n in (experiment.schedule.every[name] for name in group) if n > 1]
-        lines.append(f"  {i}. {' | '.join(group)}" + (f"   every {rates[0]} ticks" if rates else ""))
+        rates = [n for n in (experiment.schedule.every[name] for name in group.members) if n > 1]
+        lines.append(f"  {i}. {group}" + (f"   every {rates[0]} ticks" if rates else ""))
     lines += ["", "Delay of each connection: age of the value when it is used, and what its target adds"]
     lines += _table(experiment.ledger) + _loop_lines(experiment.ledger)
     algebraic = algebraic_loops(experiment.system, experiment.schedule)

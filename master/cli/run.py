@@ -141,6 +141,7 @@ def _simulate(
     grid = experiment.grid
     options = RunOptions(
         limits=experiment.limits,
+        compared=experiment.compared,
         scenario=experiment.scenario,
         pacer=pacer,
         sink=sink,

@@ -34,6 +34,7 @@ class Report:
     message: str = ""
     real_time: dict[str, Any] | None = None
     not_reached: list[str] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     messages: list[Said] = field(default_factory=list)
 
@@ -143,6 +144,7 @@ def _summarise(experiment: Experiment, outcome: Outcome, files: dict[str, str], 
         message=_message(outcome),
         real_time=outcome.real_time,
         not_reached=outcome.not_reached,
+        warnings=outcome.warnings,
         notes=experiment.notes,
         messages=outcome.messages,
     )
@@ -180,6 +182,7 @@ def summary_lines(report: Report) -> list[str]:
         label, form = _LABELS[key]
         lines.append(f"  {label:<54}{'-' if value is None else format(value, form)}")
     lines += [f"  {'an event that did not happen: when':<54}{text}" for text in report.not_reached]
+    lines += [f"  warning: {text}" for text in report.warnings]
     lines += [f"  note: {note}" for note in report.notes]
     lines += _message_lines(report.messages)
     lines += _real_time_lines(report.real_time or {})

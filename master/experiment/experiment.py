@@ -50,3 +50,11 @@ class Experiment:
             signals = [s for s in (compare.signal, compare.reproduced) if s is not None]
             found = dict.fromkeys(signals, DIVERGENCE_FACTOR * compare.offset)
         return found | self.config.limits
+
+    @property
+    def compared(self) -> tuple[str, ...]:
+        """Signals that the run is judged by."""
+        compare = self.config.compare
+        return (
+            () if compare is None else tuple(v for v in compare.model_dump().values() if isinstance(v, str))
+        )

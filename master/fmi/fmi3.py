@@ -39,9 +39,15 @@ class Fmi3Slave(FmuSlave):
             getters={(_kind(t), t): address(getattr(dll, f"fmi3Get{name}")) for t, name in types},
         )
 
-    def enter_initialisation(self, start: Mapping[str, float | str], t0: float) -> None:
+    def enter_initialisation(
+        self, start: Mapping[str, float | str], t0: float, stop: float | None = None
+    ) -> None:
         self.set_start_values(start)
-        self._call(self._fmu.enterInitializationMode, startTime=t0)
+        self._call(self._fmu.enterInitializationMode, startTime=t0, stopTime=stop)
+
+    def reset(self) -> None:
+        super().reset()
+        self._arrays.clear()
 
     def set(self, variables: Sequence[Variable], values: Sequence[float | str]) -> None:
         """Set variables; an array is set as a whole, once for all of its elements that are given."""

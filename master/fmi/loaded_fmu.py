@@ -14,11 +14,10 @@ from master.process import position
 
 from . import messages, unpacked
 from .description import Description, Kind, Variable
-from .messages import CHANGES_FLOAT_MODE, STATUS, status_name
+from .messages import CHANGES_FLOAT_MODE
 from .native.float_mode import restore_float_mode
+from .status import Status, described, status_name
 from .value_types import RANGES
-
-__all__ = ["STATUS", "FmuSlave", "address", "unpack"]
 
 _logger = logging.getLogger("dockloop.fmu")
 
@@ -41,6 +40,7 @@ class FmuSlave:
             raise FmuError(name, self._failure(f"cannot be loaded: {error}")) from None
         finally:
             self._leave()
+        _raise_for_negative_statuses(self._fmu)
 
     def _instantiate(self) -> Any:
         raise NotImplementedError
@@ -77,6 +77,11 @@ class FmuSlave:
         """Set configured parameters and start values."""
         self.set([self.description.by_name[key] for key in start], list(start.values()))
 
+    def reset(self) -> None:
+        messages.current().forget(self.name)
+        self._is_initialised = False
+        self._call(self._fmu.reset)
+
     def exit_initialisation(self) -> None:
         self._call(self._fmu.exitInitializationMode)
         self._is_initialised = True
@@ -110,22 +115,26 @@ class FmuSlave:
             return function(*arguments, **named)
         except Exception as error:  # FMPy: FMICallException with a status
             status = getattr(error, "status", None)
-            name = status_name(status) if isinstance(status, int) else "error"
-            raise FmuError(self.name, self._failure(str(error)), status=name) from None
+            if not isinstance(status, int):
+                raise FmuError(self.name, self._failure(str(error))) from None
+            answer = f"{getattr(error, 'function', 'a call')} answered with {described(status)}"
+            said = self._failure(answer)
+            if said != answer and status != Status.ERROR:
+                said = f"{said} ({answer})"
+            raise FmuError(self.name, said, status=status_name(status)) from None
         finally:
             self._leave()
 
     def _enter(self, function: str) -> None:
         """Note a call, by the name that FMPy's method has."""
-        position.current().enter(
-            self.name, f"fmi{self.description.version}{function[0].upper()}{function[1:]}"
-        )
+        named = f"fmi{self.description.version}{function[0].upper()}{function[1:]}"
+        position.current().enter(self.name, named)
 
     def _leave(self) -> None:
         """Note the end of a call, and undo what it changed for the next one."""
         position.current().leave()
         if restore_float_mode():
-            self._note(STATUS.index("warning"), "floating point", CHANGES_FLOAT_MODE)
+            self._note(Status.WARNING, "floating point", CHANGES_FLOAT_MODE)
 
     def _failure(self, text: str) -> str:
         """What the FMU said of the call that failed, else the text."""
@@ -134,6 +143,21 @@ class FmuSlave:
     def _note(self, status: int, category: str, text: str) -> None:
         _logger.debug("%s (%s): %s", self.name, status_name(status), text)
         messages.current().note(self.name, status, category, text)
+
+
+def _raise_for_negative_statuses(fmu: Any) -> None:
+    """Let an object of FMPy raise for statuses below 0 as it does for those above 1."""
+    from fmpy.fmi1 import FMICallException
+
+    call = fmu._call  # all functions of the FMU pass here; there is no public place that sees the status
+
+    def checked(function: str, *arguments: Any) -> Any:
+        result = call(function, *arguments)
+        if isinstance(result, int) and result < 0:
+            raise FMICallException(function=function, status=result)
+        return result
+
+    fmu._call = checked
 
 
 def unpack(path: Path) -> str:

@@ -18,13 +18,12 @@ from master.process import position
 from master.process.position import Call
 from master.text.printable import printable
 
-STATUS = ("ok", "warning", "discard", "error", "fatal", "pending")
-LEVELS = {"error": ("discard", "error", "fatal"), "warning": STATUS[1:5], "all": STATUS}
+from .status import Status, status_name
+
+LEVELS = {"error": Status.DISCARD, "warning": Status.WARNING, "all": Status.OK}
 
 CHANGES_FLOAT_MODE = "changes rounding, traps or flush to zero, which is undone after its call"
 
-_OK = STATUS.index("ok")
-_FATAL = STATUS.index("fatal")
 _MOST_OF_A_CALL = 5
 _MOST_DIFFERENT = 20  # of an instance; numbers in a text make each message a different one
 _MOST_BYTES = 50_000_000  # of a log file
@@ -32,11 +31,6 @@ _OTHERS = "(other texts)"
 _PYTHON_NOTE = re.compile("py exception")  # PythonFMU's note on an exception that it reports too
 
 TimeOf = Callable[[int], float]
-
-
-def status_name(status: int) -> str:
-    """Return the name of a status; `error (status 77)` for a number that FMI does not define."""
-    return STATUS[status] if 0 <= status < len(STATUS) else f"error (status {status})"
 
 
 @dataclass
@@ -88,7 +82,7 @@ class _OfCall:
 
     def text(self) -> str:
         """Return the messages, the worst first; those without a fault only where there is no other."""
-        relevant = [m for m in self._messages if m.status != _OK] or self._messages
+        relevant = [m for m in self._messages if m.status != Status.OK] or self._messages
         relevant = [m for m in relevant if not _PYTHON_NOTE.search(m.text)] or relevant
         worst_first = sorted(relevant, key=lambda m: -_severity(m.status))
         more = [f"... and {self._left_out} more"] if self._left_out else []
@@ -128,7 +122,7 @@ class MessageLog:
         t = None if call is None or self._time_of is None else self._time_of(call.tick)
         if self._file is not None:
             self._file.write(fmu, status, str(message), t)
-        if status != _OK:
+        if status != Status.OK:
             self._count(fmu, message, t)
 
     def of_call(self, fmu: str) -> str:
@@ -162,7 +156,7 @@ class LogFile:
 
     def __init__(self, path: Path, level: str) -> None:
         self.path = path
-        self._names = LEVELS[level]
+        self._least = LEVELS[level]
         self._file: IO[str] | None = path.open("w", encoding="utf-8", buffering=1)
         self._last: tuple[str, int, str] | None = None
         self._repeats = 0
@@ -170,15 +164,16 @@ class LogFile:
 
     def write(self, fmu: str, status: int, text: str, t: float | None) -> None:
         """Write a message that came at t [s] if it is of the level."""
-        name = status_name(status)
-        if self._file is None or (name not in self._names and status in range(len(STATUS))):
+        if self._file is None or _severity(status) < self._least:
             return
         if (fmu, status, text) == self._last:
             self._repeats += 1
             return
         self._last = fmu, status, text
         self._write_repeats()
-        self._line(f"{'before the start' if t is None else f't={t:.9g} s'}  {fmu}  {name}  {text}")
+        self._line(
+            f"{'before the start' if t is None else f't={t:.9g} s'}  {fmu}  {status_name(status)}  {text}"
+        )
 
     def close(self) -> None:
         """End the file; one without messages is removed."""
@@ -216,7 +211,7 @@ class LogFile:
 
 def _severity(status: int) -> int:
     """Order of statuses; one that FMI does not define counts as fatal."""
-    return status if 0 <= status <= _FATAL else _FATAL + 1
+    return status if Status.OK <= status <= Status.FATAL else Status.FATAL + 1
 
 
 def as_dicts(said: list[Said]) -> list[dict[str, Any]]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -25,15 +25,16 @@ COMPLETED, DIVERGED, FAILED, INTERRUPTED, OVERRUN, TERMINATED = (
 @dataclass(frozen=True)
 class RunOptions:
     """
-    What a run does beside stepping.
+    What a run does besides stepping.
 
-    `limits`: largest magnitude by signal, beyond which the run has diverged. `scenario`: events.
-    `pacer`: real time. `sink`: where all rows go; then every `keep_every`-th stays in memory.
-    `recorder`: where rows are collected instead of in memory of this process. `log`: takes the
-    messages of FMUs.
+    `limits`: largest magnitude by signal, beyond which the run has diverged. `compared`: signals that have to
+    be finite even if nothing takes them. `scenario`: events. `pacer`: real time. `sink`: where all rows go;
+    then every `keep_every`-th stays in memory. `recorder`: where rows are collected instead of in memory of
+    this process. `log`: takes the messages of FMUs.
     """
 
     limits: Mapping[str, float] = field(default_factory=dict)
+    compared: Collection[str] = ()
     scenario: Scenario = field(default_factory=Scenario)
     pacer: Pacer | None = None
     sink: Sink | None = None
@@ -48,8 +49,8 @@ class Outcome:
     How a run ended and what it computed.
 
     `error` says why if it failed, `cause` why it ended early; `not_reached` are the conditions of a
-    scenario that did not come true, `storage_fault` says what went wrong with the files it wrote,
-    `messages` are the warnings and errors of FMUs.
+    scenario that did not come true, `warnings` what did not end the run but should be known,
+    `messages` what FMUs said is wrong, `storage_fault` what went wrong with the files it wrote.
     """
 
     status: str
@@ -60,5 +61,6 @@ class Outcome:
     cause: str = ""
     real_time: dict[str, Any] | None = None
     not_reached: list[str] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
     storage_fault: str = ""
     messages: list[Said] = field(default_factory=list)

@@ -16,7 +16,7 @@ from master.fmi.native import calls
 from master.fmi.slave import Slave
 from master.fmi.unpacked import require_binary
 from master.process import position
-from master.stepping.machine.interpreter import compiled as compiled_execute
+from master.stepping.machine.compiled import compiled as compiled_execute
 from master.stepping.machine.interpreter import execute
 from master.stepping.machine.program import Program
 from master.stepping.outcome import (
@@ -88,7 +88,7 @@ def running(
     progress: ProgressCallback = _silent,
     compiled: bool = True,
 ) -> Iterator[tuple[Outcome, Mapping[str, Slave]]]:
-    """Step a system as `simulate` does, and give its FMUs beside the outcome; they end behind the block."""
+    """Step a system as `simulate` does; yields its FMUs too, which end after the block."""
     options = options or RunOptions()
     log = options.log or MessageLog(grid.time)
     slaves: dict[str, Slave] = {}
@@ -99,7 +99,8 @@ def running(
         try:
             for name, instance in system.instances.items():
                 slaves[name] = factory(name, instance.description)
-            initialise(system, schedule, slaves, grid.t0)
+            stop = grid.stop({i.every for i in system.instances.values()})
+            initialise(system, schedule, slaves, grid.t0, stop)
             program = build_program(system, schedule, slaves, options.scenario.channels())
             loop = RunLoop(system, grid, program, slaves, options)
             outcome = loop.run(compiled_execute() if compiled else execute, progress)

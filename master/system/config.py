@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from fractions import Fraction
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -10,17 +11,18 @@ from pydantic import (
     AfterValidator,
     BaseModel,
     ConfigDict,
-    Discriminator,
     Field,
-    Tag,
     ValidationError,
     ValidationInfo,
     field_validator,
     model_validator,
 )
 
+from master.coupling.methods.catalogue import OrderEntry
 from master.errors import ConfigError, expected
 from master.text.yaml_lines import Document, Place, read_yaml
+
+from .grid import ticks_between
 
 MOST_DELAY = 10**7  # ticks; each older value is kept in memory
 MOST_TICKS = 2**53  # beyond it a double does not tell one tick from the next
@@ -81,30 +83,8 @@ class Connection(Part):
     tolerance: Annotated[float, Field(gt=0.0)] | None = None
 
 
-class IteratedGroup(Part):
-    """FMUs that step one after the other, again and again from saved states, until their wires agree."""
-
-    iterate: Annotated[list[str], Field(min_length=1)]
-    tolerance: Annotated[float, Field(gt=0.0)] = 1e-9
-    maximum: Annotated[int, Field(ge=1)] = 50
-
-
-def _form(entry: Any) -> str:
-    if isinstance(entry, list):
-        return "<side by side>"
-    return "<iterated>" if isinstance(entry, dict | IteratedGroup) else "<one>"
-
-
-OrderEntry = Annotated[
-    Annotated[str, Tag("<one>")]
-    | Annotated[list[str], Tag("<side by side>")]
-    | Annotated[IteratedGroup, Tag("<iterated>")],
-    Discriminator(_form),
-]
-
-
 class Coupling(Part):
-    """The order in which the FMUs step; an inner list steps side by side, `{iterate: [...]}` iterates."""
+    """The order in which the FMUs step; the methods of `master/coupling/methods` say how it is written."""
 
     order: list[OrderEntry] | None = None
 
@@ -166,7 +146,7 @@ class Config(Part):
     description: str = ""
     step_size: Seconds = 1e-3
     start_time: Finite = 0.0
-    stop_time: Seconds
+    stop_time: Finite
     fmus: Annotated[dict[Name, FmuEntry], Field(min_length=1)]
     coupling: Coupling = Coupling()
     connections: list[Connection] = []
@@ -181,19 +161,21 @@ class Config(Part):
     def _whole_steps(cls, stop_time: float, info: ValidationInfo) -> float:
         if not {"step_size", "start_time"} <= info.data.keys():
             return stop_time
-        ticks = (stop_time - info.data["start_time"]) / info.data["step_size"]
-        if not ticks > 0.0:
+        ticks = ticks_between(info.data["start_time"], stop_time, info.data["step_size"])
+        if not ticks > 0:
             raise ValueError("not after start_time")
         if ticks > MOST_TICKS:
-            raise ValueError(f"{ticks:.3g} steps, expected at most {MOST_TICKS:.3g}")
-        if abs(ticks - round(ticks)) > 1e-6 * max(1.0, ticks * 1e-3):
-            raise ValueError(f"{ticks:.9g} steps after start_time, expected a whole number")
+            raise ValueError(
+                f"{float(min(ticks, Fraction(10**300))):.3g} steps, expected at most {MOST_TICKS:.3g}"
+            )
+        if abs(ticks - round(ticks)) > 1e-6 * max(1.0, float(ticks) * 1e-3):
+            raise ValueError(f"{float(ticks):.9g} steps after start_time, expected a whole number")
         return stop_time
 
     @property
     def n_ticks(self) -> int:
         """Number of communication steps."""
-        return round((self.stop_time - self.start_time) / self.step_size)
+        return round(ticks_between(self.start_time, self.stop_time, self.step_size))
 
 
 class LoadedConfig(Part):

@@ -27,7 +27,7 @@ def test_a_system_is_made_of_its_file(bay):
     experiment = prepare(bay.write(TEXT))
 
     assert list(experiment.system.instances) == ["clock", "mass"]
-    assert experiment.schedule.groups == (("clock",), ("mass",))
+    assert experiment.schedule.members == (("clock",), ("mass",))
     assert (experiment.grid.t0, experiment.grid.step_size, experiment.grid.n_ticks) == (0.0, 0.5, 8)
     assert [e.least for e in experiment.ledger.entries] == [0]
 

@@ -17,7 +17,7 @@ from master.stepping.simulate import SlaveFactory, load, simulate
 from master.system.graph import Instance, System
 from master.system.grid import Grid
 
-from .tick_matrix import Coupled, Part
+from .tick_matrix import LinearPart, LinearSystem
 
 FROZEN = (
     ("identifier", "fixed", "identification is not linear: its process parameters are the assumed ones"),
@@ -35,7 +35,7 @@ class Assumption:
 
 
 @dataclass
-class Laboratory:
+class Linearisation:
     """
     Measures each FMU alone, once for each set of parameters, and couples the linear systems.
 
@@ -56,7 +56,7 @@ class Laboratory:
 
     def coupled(
         self, changes: Mapping[str, float] | None = None, extra: Mapping[str, int] | None = None
-    ) -> Coupled:
+    ) -> LinearSystem:
         """
         Give the coupled system.
 
@@ -67,7 +67,7 @@ class Laboratory:
         system = changed(self.system, changes or {})
         parts = {name: self._part(system, instance) for name, instance in system.instances.items()}
         schedule, step = self.experiment.schedule, self.experiment.config.step_size
-        return Coupled(system, schedule, parts, step, extra or {})
+        return LinearSystem(system, schedule, parts, step, extra or {})
 
     def question(self, system: System, instance: Instance) -> Question:
         """Say what is asked of an FMU: its connected inputs, and the outputs that are used."""
@@ -87,13 +87,13 @@ class Laboratory:
             t0=self.experiment.config.start_time,
         )
 
-    def _part(self, system: System, instance: Instance) -> Part:
+    def _part(self, system: System, instance: Instance) -> LinearPart:
         question = self.question(system, instance)
         if question.key not in self._known:
             self._known[question.key] = realise(self._measured(question))
         groups = (question.inputs, question.outputs)
         inputs, outputs = (tuple(f"{instance.name}.{v.name}" for v in group) for group in groups)
-        return Part(self._known[question.key], inputs, outputs)
+        return LinearPart(self._known[question.key], inputs, outputs)
 
     def _measured(self, question: Question) -> Responses:
         if self.after_run and learns(question.instance):

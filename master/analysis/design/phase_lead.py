@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from master.analysis.closed_loop.linearise import Laboratory, changed
+from master.analysis.closed_loop.linearise import Linearisation, changed
 from master.analysis.measures.frequency import response_from
 from master.errors import ConfigError, expected
 from master.experiment.experiment import Experiment
@@ -123,7 +123,7 @@ def design(experiment: Experiment, wanted: PhaseLead, factory: SlaveFactory = lo
     fmu = wanted.fmu
     compare, wire = _path(experiment, wanted)
     _check_gain(experiment, wanted)
-    laboratory = Laboratory(experiment, factory)
+    laboratory = Linearisation(experiment, factory)
     spans = {str(key): span for key, span in wanted.ranges.items()}
     low, high = _range(experiment, fmu, compare.signal.partition(".")[0], spans)
     frequencies = np.linspace(low, high, 1 if low == high else _N_SHOWN)

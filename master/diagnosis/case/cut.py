@@ -79,7 +79,7 @@ def cut(loaded: LoadedCase, progress: catalogue.Progress = catalogue.silent) -> 
     problems = faults(loaded, system, sources)
     if problems:
         raise ConfigError(problems)
-    order = [name for group in schedule.groups for name in group]
+    order = schedule.order
     values: Values = {name: dict(i.start) for name, i in system.instances.items()}
     for signal, value in loaded.case.set.items():
         name, _, variable = signal.partition(".")

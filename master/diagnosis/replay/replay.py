@@ -17,7 +17,7 @@ from master.diagnosis.case.cut import Part, Values
 from master.diagnosis.data.recordings import Recording
 from master.diagnosis.numerics.arrays import Array
 
-from .replayer import Player
+from .replayer import Player, ReplayFailure
 
 HEAD, N_GRID = 0.15, 15
 Bounds = Mapping[str, tuple[float, float]]
@@ -93,6 +93,15 @@ class Bench:
         places = [player.names.index(name) for name in self.outputs]
         found = self._with_starts(player, values, self._fitted_segments()[0], places)
         return {k: float(found[k.partition(".")[0]][k.partition(".")[2]]) for k in self.starts_of(player)}
+
+    def failure(self, player: Player, values: Values) -> ReplayFailure | None:
+        """Replay all again and say what is wrong with the first stretch that fails; None if none does."""
+        places = [player.names.index(name) for name in self.outputs]
+        for s in self.segments:
+            self._play(player, self._with_starts(player, values, s, places), s)
+            if player.failure is not None:
+                return player.failure
+        return None
 
     def record(self, player: Player, values: Values) -> dict[str, Array]:
         """Replay everything and give all signals that the player reads, by name, shape (samples,)."""

@@ -185,9 +185,12 @@ def start(study: Study) -> Fit:
     others = [{p.name: factor * p.start for p in study.base} for factor in (0.85, 1.2)] if study.base else []
     first = study.fitted(Extended(), [{}, *others], 30)
     if not np.isfinite(first.predicted[study.bench.in_use]).all():
+        player = study.pool.player(())
+        failure = study.bench.failure(player, merged(study.system.values, first.values))
         row = int(np.flatnonzero(~np.isfinite(first.predicted).all(axis=1))[0])
-        said = study.pool.player(()).last_message() or "no message"
-        raise FmuError(study.bench.part.fmus[0], f"the replay ends at row {row}: {said}")
+        if failure is None:
+            raise FmuError(study.bench.part.fmus[0], f"the replay is not finite at row {row}")
+        raise FmuError(failure.instance, f"the replay ends at row {row}: {failure}", status=failure.status)
     left = np.sqrt(np.nanmean((first.predicted - study.measured)[rows] ** 2, axis=0))
     study.size = np.maximum(left, 1e-9 * study.size)
     study.base = tuple(replace(p, scale=abs(first.values[p.name]) or p.scale) for p in study.base)

@@ -17,7 +17,7 @@ from stubs import (
 )
 
 from master.fmi.value_types import FLOAT32, INT32, INT64, UINT8
-from master.stepping.machine import interpreter
+from master.stepping.machine.compiled import compiled
 
 
 def chain(order):
@@ -157,7 +157,12 @@ def test_a_status_worse_than_warning_ends_the_run(status, name, compiled):
     assert (outcome.status, outcome.steps) == ("failed", 2)
     assert outcome.result["bad.t"].tolist() == [0.0, 0.25, 0.5]
     assert (outcome.error.instance, outcome.error.time, outcome.error.status) == ("bad", 0.5, name)
-    assert str(outcome.error) == "bad at t=0.5 s: rope torn"
+    more = {
+        DISCARD: " (the step answered with status discard: it cannot do this)",
+        ERROR: "",
+        FATAL: " (the step answered with status fatal)",
+    }
+    assert str(outcome.error) == f"bad at t=0.5 s: rope torn{more[status]}"
 
 
 @pytest.mark.parametrize("compiled", [False, True])
@@ -173,7 +178,7 @@ def test_an_fmu_without_a_port_steps(compiled):
 def test_a_status_without_a_message_is_named():
     outcome = bench({"bad": failing(2.0, DISCARD)}).run(4)
 
-    assert str(outcome.error) == "bad at t=2 s: answered with status discard"
+    assert str(outcome.error) == "bad at t=2 s: the step answered with status discard: it cannot do this"
 
 
 def test_a_warning_does_not_end_the_run():
@@ -184,10 +189,10 @@ def test_a_warning_does_not_end_the_run():
 
 def test_without_a_place_to_keep_it_the_loop_is_compiled_for_the_process(monkeypatch):
     monkeypatch.setattr("numba.core.caching.CompileResultCacheImpl._locator_classes", [])
-    interpreter.compiled.cache_clear()
+    compiled.cache_clear()
     try:
         outcome = bench({"clock": clock()}).run(3, compiled=True)
     finally:
-        interpreter.compiled.cache_clear()
+        compiled.cache_clear()
 
     assert outcome.result["clock.t"].tolist() == [0.0, 1.0, 2.0, 3.0]

@@ -53,7 +53,11 @@ def test_an_order_may_hold_inner_lists(load):
             "{iterate: [a], tolerance: 0}",
             "coupling.order[0].tolerance: input should be greater than 0, got 0",
         ),
-        ("3", "coupling.order[0]: input should be a valid string, got 3"),
+        (
+            "3",
+            "coupling.order[0]: not an entry of the order, expected a name, a list of names or a mapping "
+            "with iterate or waveform, got 3",
+        ),
         ("[a, 3]", "coupling.order[0][1]: input should be a valid string, got 3"),
     ],
 )
