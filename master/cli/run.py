@@ -143,6 +143,7 @@ def _simulate(
         limits=experiment.limits,
         compared=experiment.compared,
         scenario=experiment.scenario,
+        inputs=experiment.inputs,
         pacer=pacer,
         sink=sink,
         keep_every=1 if sink is None else math.ceil(grid.n_ticks / _ROWS_IN_MEMORY),

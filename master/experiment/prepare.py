@@ -20,6 +20,8 @@ from master.fmi.description import Description, read_description
 from master.ssp.reader import read_ssp
 from master.system.config import LoadedConfig, Value, load_config, with_stop_time
 from master.system.graph import build_system
+from master.system.grid import Grid
+from master.system.inputs import measured_inputs, with_first_values
 from master.system.scenario import make_scenario
 from master.text.yaml_lines import parse_value
 
@@ -55,7 +57,10 @@ def prepare(
     schedule = make_schedule(system, order, loaded.where("coupling", "order"))
     longer = max(loaded, from_file, key=lambda one: one.config.stop_time)  # --stop-time may cut events off
     scenario = make_scenario(longer, system)
-    experiment = Experiment(loaded.config, request.variant, system, schedule, scenario)
+    grid = Grid(loaded.config.start_time, loaded.config.step_size, loaded.config.n_ticks)
+    inputs = measured_inputs(loaded, system, grid)
+    system = with_first_values(system, inputs)
+    experiment = Experiment(loaded.config, request.variant, system, schedule, scenario, inputs)
     return experiment if loaded.config.dpdc is None else _with_phase_lead(experiment, set(overrides))
 
 

@@ -10,6 +10,7 @@ from master.errors import FmuError
 from master.fmi.messages import MessageLog, Said
 from master.recording.recorder import Result, Rows, Sink
 from master.stepping.pacing import Pacer
+from master.system.inputs import MeasuredInputs
 from master.system.scenario import Scenario
 
 COMPLETED, DIVERGED, FAILED, INTERRUPTED, OVERRUN, TERMINATED = (
@@ -30,7 +31,7 @@ class RunOptions:
     `limits`: largest magnitude by signal, beyond which the run has diverged. `compared`: signals that have to
     be finite even if nothing takes them. `scenario`: events. `pacer`: real time. `sink`: where all rows go;
     then every `keep_every`-th stays in memory. `recorder`: where rows are collected instead of in memory of
-    this process. `log`: takes the messages of FMUs.
+    this process. `log`: takes the messages of FMUs. `inputs`: those under recordings.
     """
 
     limits: Mapping[str, float] = field(default_factory=dict)
@@ -41,6 +42,7 @@ class RunOptions:
     keep_every: int = 1
     recorder: Rows | None = None
     log: MessageLog | None = None
+    inputs: MeasuredInputs = field(default_factory=MeasuredInputs)
 
 
 @dataclass

@@ -101,7 +101,12 @@ def running(
                 slaves[name] = factory(name, instance.description)
             stop = grid.stop({i.every for i in system.instances.values()})
             initialise(system, schedule, slaves, grid.t0, stop)
-            program = build_program(system, schedule, slaves, options.scenario.channels())
+            inputs = options.inputs
+            program = build_program(
+                system, schedule, slaves, options.scenario.channels(), measured=inputs.columns
+            )
+            if inputs.values is not None:
+                program.feed(inputs.values)
             loop = RunLoop(system, grid, program, slaves, options)
             outcome = loop.run(compiled_execute() if compiled else execute, progress)
             outcome.messages = log.summary()

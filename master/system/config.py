@@ -126,6 +126,28 @@ class Event(Part):
         return self
 
 
+class MeasuredColumn(Part):
+    """A column of a recording and its unit (None: the one that is expected)."""
+
+    column: str
+    unit: str | None = None
+
+
+class InputFile(Part):
+    """
+    A recording that drives inputs which no wire does.
+
+    `array` names a table of an NPZ or MAT. Between its samples an input holds the last one, or lies on the
+    line to the next one.
+    """
+
+    file: str
+    time: MeasuredColumn
+    map: Annotated[dict[Signal, MeasuredColumn], Field(min_length=1)]
+    interpolation: Literal["hold", "linear"] = "hold"
+    array: str | None = None
+
+
 class PhaseLead(Part):
     """
     The DPDC of an FMU, designed from the plant before the run; ranges of m_s, m_e, k_m, k_p.
@@ -154,6 +176,7 @@ class Config(Part):
     compare: Compare | None = None
     dpdc: PhaseLead | None = None
     events: list[Event] = []
+    inputs: list[InputFile] = []
     limits: dict[Signal, Annotated[float, Field(gt=0.0)]] = {}
 
     @field_validator("stop_time")
@@ -171,6 +194,11 @@ class Config(Part):
         if abs(ticks - round(ticks)) > 1e-6 * max(1.0, float(ticks) * 1e-3):
             raise ValueError(f"{float(ticks):.9g} steps after start_time, expected a whole number")
         return stop_time
+
+    @field_validator("inputs", mode="before")
+    @classmethod
+    def _one_file_or_more(cls, value: Any) -> Any:
+        return [value] if isinstance(value, dict) else value
 
     @property
     def n_ticks(self) -> int:
@@ -255,6 +283,9 @@ _KNOWN: dict[str, type[Part]] = {
     "compare": Compare,
     "dpdc": PhaseLead,
     "events": Event,
+    "inputs": InputFile,
+    "time": MeasuredColumn,
+    "map": MeasuredColumn,
 }
 
 
