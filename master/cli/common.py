@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import json
+import os
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -35,12 +36,16 @@ STDERR = Console(stderr=True, highlight=False, soft_wrap=True)
 
 def say(text: str, *, err: bool = False) -> None:
     """Print text whose control characters, which a file may hold, do not reach the terminal."""
-    click.echo(printable(text), err=err)
+    try:
+        click.echo(printable(text), err=err)
+    except BrokenPipeError:  # the reader has seen enough, as `head` does
+        stream = sys.stderr if err else sys.stdout
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 def print_json(data: Any) -> None:
     """Print one object to standard output."""
-    click.echo(json.dumps(data, indent=2, allow_nan=False))
+    say(json.dumps(data, indent=2, allow_nan=False))
 
 
 def answers_errors(command: Callable[..., None]) -> Callable[..., None]:

@@ -82,7 +82,7 @@ def _finite(_: click.Context, __: click.Parameter, value: float | None) -> float
 )
 @click.option(
     "--real-time",
-    type=click.FloatRange(min=0.0, min_open=True),
+    type=click.FloatRange(min=1e-6, max=1e12),
     is_flag=False,
     flag_value=1.0,
     callback=_finite,
