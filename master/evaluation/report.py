@@ -61,9 +61,9 @@ def save_run(
         files["log"] = str(folder.shown / LOG)
     if fault and outcome.error is None:
         outcome = replace(outcome, status=FAILED, cause=fault)
+    metrics, notes = _evaluated(experiment, outcome, files, folder, draws=not (fault or interruption))
     if interruption and outcome.status in (COMPLETED, TERMINATED):
         outcome = replace(outcome, status=INTERRUPTED)
-    metrics, notes = _evaluated(experiment, outcome, files, folder, draws=not (fault or interruption))
     notes = [*experiment.notes, *notes] + ([fault] if fault and outcome.error is not None else [])
     report = replace(_summarise(experiment, outcome, files, metrics), notes=notes)
     return _write_summary(report, folder)

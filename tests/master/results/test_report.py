@@ -1,10 +1,13 @@
 import json
+import signal
 from dataclasses import replace
 
 import pytest
 
+from master.evaluation import report as report_module
 from master.evaluation.report import save_run, summary_lines
 from master.experiment.prepare import prepare
+from master.process.signals import Interruption
 from master.recording.folder import OutputFolder
 from master.stepping import simulate
 from master.stepping.outcome import RunOptions
@@ -117,3 +120,22 @@ def test_a_metric_that_could_not_be_computed_is_a_dash(saved):
     report, _ = saved()
 
     assert f"  {'frequency [Hz]':<54}-" in summary_lines(report)
+
+
+def test_a_signal_while_the_picture_is_drawn_makes_the_run_an_interrupted_one(bay, monkeypatch):
+    interruption = Interruption()
+    draw = report_module.plot_run
+
+    def draw_and_interrupt(*arguments):
+        interruption.note(signal.SIGTERM)
+        return draw(*arguments)
+
+    monkeypatch.setattr(report_module, "plot_run", draw_and_interrupt)
+    text = TEXT.replace("  bad: {source: failing.fmu}\n", "").replace("offset: 0.01", "offset: 1e6")
+    experiment = prepare(bay.write(text))
+    outcome = simulate.simulate(experiment.system, experiment.schedule, experiment.grid, compiled=False)
+    with OutputFolder(bay.folder / "out") as folder:
+        report = save_run(experiment, outcome, folder, interruption=interruption)
+
+    assert (outcome.status, report.status) == ("completed", "interrupted")
+    assert json.loads((bay.folder / "out" / "summary.json").read_text())["status"] == "interrupted"

@@ -1,4 +1,4 @@
-"""Inputs that a recording drives: the bits that an FMU gives which steps first, or every fault of the file."""
+"""Inputs that a recording drives: the bits that an FMU gives which steps first, or every fault of it."""
 
 import json
 
