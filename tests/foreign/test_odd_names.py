@@ -3,10 +3,10 @@
 from xml.sax.saxutils import quoteattr
 
 import pytest
-from build import describe_2
-from foreign import COMPILED, run, wires
 
 from master.errors import ConfigError
+from tests.foreign.build import describe_2
+from tests.foreign.foreign import COMPILED, run, wires
 
 pytestmark = COMPILED
 
