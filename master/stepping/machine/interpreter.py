@@ -175,7 +175,7 @@ def _after_tick(
 
 
 @inner
-def execute(
+def execute(  # noqa: C901 - the one dispatch over all operations, in one function for the compiler
     memory: Memory,
     monitor: LimitMonitor,
     t0: float,
