@@ -63,6 +63,16 @@ class Bench:
         """Time between compared rows [s]."""
         return self.period * self.options.decimate
 
+    @property
+    def times(self) -> Array:
+        """Time in its replay of every sample of all recordings [s], shape (samples,)."""
+        return np.concatenate([np.arange(len(r)) * self.period for r in self.recordings.values()])
+
+    def first_sample(self, recording: str) -> int:
+        """First sample of a recording among those of all."""
+        names = list(self.recordings)
+        return sum(len(self.recordings[n]) for n in names[: names.index(recording)])
+
     def begin(self, recording: str) -> int:
         """First row of a recording."""
         names = list(self.lengths)

@@ -23,8 +23,13 @@ from .replayer import Player
 Signals = dict[str, dict[str, Array]]
 
 
-def _pick(values: Any, index: Any) -> Any:
-    return np.choose(np.asarray(index).astype(int), values) if np.ndim(index) else values[int(index)]
+def _pick(values: Sequence[Any], index: Any) -> Any:
+    """Element at a computed place for each row; past either end the last one on that side."""
+    place = np.clip(np.asarray(index).astype(int), 0, len(values) - 1)
+    if place.ndim == 0:
+        return values[int(place)]
+    rows = np.stack([np.broadcast_to(v, place.shape) for v in values])
+    return np.take_along_axis(rows, place[None], axis=0)[0]
 
 
 ARRAYS: Any = SimpleNamespace(
@@ -72,14 +77,14 @@ def slot_signals(
         seen = dict(inputs)
         if (model.slots and model.n_continuous) or not model.group(Role.STATE):
             states = {k.partition(".")[2]: v for k, v in replayed.items() if k.startswith(f"{fmu}.")}
-            called = _by_arrays(model, values[fmu], inputs, states)
+            called = _by_arrays(model, values[fmu], bench.times, inputs, states)
         elif model.slots:
-            called = _by_steps(model, values[fmu], inputs, bench.period)
+            called = _by_steps(model, values[fmu], bench, inputs)
         else:
             called = {}
         called |= {name: {"value": seen[name]} for name in inputs}
         slots = {s.name: s for s in all_slots(model)}
-        n = len(next(iter(replayed.values())))
+        n = len(bench.times)
         for name, signals in called.items():
             own = {role: signals[signal] for role, signal in roles(slots[name]).items()}
             found[f"{fmu}.{name}"] = {
@@ -106,7 +111,7 @@ def sizes(signals: Mapping[str, Array], duration: float) -> Rms:
 
 
 def _inputs(bench: Bench, fmu: str, model: Model, replayed: Mapping[str, Array]) -> dict[str, Array]:
-    n = len(next(iter(replayed.values())))
+    n = len(bench.times)
     found = {}
     for name in model.inputs.names:
         measured = bench.part.inputs[fmu].get(name)
@@ -122,9 +127,13 @@ def _parameters(model: Model, values: Mapping[str, Any]) -> Any:
 
 
 def _by_arrays(
-    model: Model, values: Mapping[str, Any], inputs: Mapping[str, Array], states: Mapping[str, Array]
+    model: Model,
+    values: Mapping[str, Any],
+    t: Array,
+    inputs: Mapping[str, Array],
+    states: Mapping[str, Array],
 ) -> Signals:
-    """All instants at once, from the states of a replay."""
+    """All instants t [s] at once, from the states of a replay."""
     x = model.states.record([states.get(v.name, v.start) for v in model.group(Role.STATE)])
     u = model.inputs.record([inputs[name] for name in model.inputs.names])
     called: Signals = {}
@@ -133,38 +142,43 @@ def _by_arrays(
         called[name] = {"value": value, **signals}
         return value
 
-    t = np.arange(len(next(iter(inputs.values())))) * 0.0
     for equation in EQUATIONS:
         if equation != "update":
             getattr(model, equation)(t, x, u, _parameters(model, values), ARRAYS, slot=note)
     return called
 
 
-def _by_steps(model: Model, values: Mapping[str, Any], inputs: Mapping[str, Array], period: float) -> Signals:
-    """Step a sampled model, for states that an FMU hides."""
-    instance = Instance(model)
-    for name, value in values.items():
-        if name in instance.index:
-            instance[name] = float(value)
+def _by_steps(model: Model, values: Mapping[str, Any], bench: Bench, inputs: Mapping[str, Array]) -> Signals:
+    """Step a sampled model, for states that an FMU hides; each segment starts as its replay does."""
     rows: dict[str, list[dict[str, Any]]] = {}
 
     def note(name: str, value: Any, **signals: Any) -> Any:
         rows.setdefault(name, []).append({"value": value, **signals})
         return value
 
-    n = len(next(iter(inputs.values())))
-    for k in range(n):
-        for name, column in inputs.items():
-            instance[name] = float(column[k])
-        if k == 0:
-            instance.initialise()
-        else:
-            instance.step((k - 1) * period, period)
-        x = model.states.record(instance.values[instance._x])
-        u = model.inputs.record(instance.values[instance._u])
-        model.outputs(
-            k * period, x, u, model.parameters.record(instance.values[instance._p]), instance.m, slot=note
-        )
+    for segment in bench.segments:
+        first = bench.first_sample(segment.recording)
+        instance = Instance(model)
+        for name, value in values.items():
+            if name in instance.index:
+                instance[name] = float(value)
+        for k in range(segment.begin, segment.end):
+            t = k * bench.period
+            for name, column in inputs.items():
+                instance[name] = float(column[first + k])
+            if k == segment.begin:
+                instance.initialise(t)
+            else:
+                instance.step(t - bench.period, bench.period)
+            x, u, p = (
+                record.record([instance[v.name] for v in model.group(role)])
+                for record, role in (
+                    (model.states, Role.STATE),
+                    (model.inputs, Role.INPUT),
+                    (model.parameters, Role.PARAMETER),
+                )
+            )
+            model.outputs(t, x, u, p, instance.m, slot=note)
     return {
         name: {key: np.array([row[key] for row in found]) for key in found[0]} for name, found in rows.items()
     }

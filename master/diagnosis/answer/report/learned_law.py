@@ -50,7 +50,7 @@ def along(part: PartResult) -> tuple[Array, dict[str, Array]]:
     given = dict(part.chosen.fixed) | dict(part.fit.values)
     p = SimpleNamespace(**{v.name: given.get(begin + v.name, v.start) for v in added.law.parameters})
     signals = dict(study.signals[f"{added.fmu}.{added.slot}"])
-    signals["time"] = np.concatenate([r.t for r in study.bench.recordings.values()])
+    signals["time"] = study.bench.times
     values = replayed(added.law, p, signals) if added.law.states else at_once(added.law, p, signals)
     signals["memory"] = np.gradient(signals[_remembered(added.law)]) / study.bench.period
     return values, signals
