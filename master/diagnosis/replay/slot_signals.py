@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -11,6 +10,7 @@ import numpy as np
 from fmu_sources.composed.composition import EQUATIONS, all_slots
 from fmu_sources.effects.framework.effect import Rms
 from fmu_sources.effects.framework.roles import roles
+from fmu_sources.framework.array_arithmetic import ARRAYS
 from fmu_sources.framework.instance import Instance
 from fmu_sources.framework.model import Model
 from fmu_sources.framework.variables import Role
@@ -21,32 +21,6 @@ from .replay import Bench
 from .replayer import Player
 
 Signals = dict[str, dict[str, Array]]
-
-
-def _pick(values: Sequence[Any], index: Any) -> Any:
-    """Element at a computed place for each row; past either end the last one on that side."""
-    place = np.clip(np.asarray(index).astype(int), 0, len(values) - 1)
-    if place.ndim == 0:
-        return values[int(place)]
-    rows = np.stack([np.broadcast_to(v, place.shape) for v in values])
-    return np.take_along_axis(rows, place[None], axis=0)[0]
-
-
-ARRAYS: Any = SimpleNamespace(
-    pi=np.pi,
-    sqrt=np.sqrt,
-    exp=np.exp,
-    log=np.log,
-    sin=np.sin,
-    cos=np.cos,
-    tan=np.tan,
-    tanh=np.tanh,
-    floor=np.floor,
-    fabs=np.fabs,
-    where=np.where,
-    both=np.logical_and,
-    pick=_pick,
-)
 
 
 def slot_signals(

@@ -16,9 +16,9 @@ from scipy.signal import lfilter, lfiltic
 from fmu_sources.effects.framework.effect import Place, Rms
 from fmu_sources.effects.framework.roles import place, roles
 from fmu_sources.effects.learned import MEMORY_TIME, N_PLAYS, WIDTHS, axes, coefficients, n_terms, terms
+from fmu_sources.framework.array_arithmetic import ARRAYS
 from master.diagnosis.numerics.arrays import Array
 from master.diagnosis.replay.candidate_models import Added, fixed_values
-from master.diagnosis.replay.slot_signals import ARRAYS
 from master.diagnosis.search.study import Study
 
 MECHANICAL = (

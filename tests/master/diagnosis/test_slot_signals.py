@@ -9,7 +9,7 @@ import pytest
 
 from fmu_sources.composed import registry
 from master.diagnosis.replay.replay import Segment
-from master.diagnosis.replay.slot_signals import ARRAYS, slot_signals
+from master.diagnosis.replay.slot_signals import slot_signals
 
 PERIOD = 1e-3
 ROWS = {"first": 1000, "second": 250}
@@ -71,11 +71,3 @@ def test_a_sampled_model_starts_again_with_each_segment():
     assert noise[600:850] == pytest.approx(noise[:250], abs=1e-9)
     assert noise[1000:] == pytest.approx(noise[:250], abs=1e-9)
     assert noise[:400].std() == pytest.approx(1.0, abs=0.15)
-
-
-def test_a_place_past_the_end_is_the_last_one_on_that_side():
-    values = tuple(float(i) for i in range(40))  # more than NumPy's `choose` takes
-
-    assert ARRAYS.pick(values, np.array([-3, 0, 7, 39, 40, 99])).tolist() == [0.0, 0.0, 7.0, 39.0, 39.0, 39.0]
-    assert ARRAYS.pick((np.array([1.0, 2.0]), 5.0), np.array([0, 9])).tolist() == [1.0, 5.0]
-    assert ARRAYS.pick(values, 99.0) == 39.0
