@@ -8,14 +8,15 @@ import numpy as np
 import pytest
 
 from fmu_sources.composed import registry
-from master.diagnosis.replay.replay import Segment
+from master.diagnosis.case.cut import MeasuredInput
+from master.diagnosis.replay.replay_bench import Segment
 from master.diagnosis.replay.slot_signals import slot_signals
 
 PERIOD = 1e-3
 ROWS = {"first": 1000, "second": 250}
 
 
-class Bench:
+class ReplayBench:
     """Two recordings of one FMU whose inputs were all measured."""
 
     period = PERIOD
@@ -24,7 +25,7 @@ class Bench:
     def __init__(self, fmu, inputs, states):
         n = sum(ROWS.values())
         self.part = SimpleNamespace(
-            fmus=(fmu,), inputs={fmu: {name: (name, "end") for name in inputs}}, wired={fmu: {}}
+            fmus=(fmu,), inputs={fmu: {name: MeasuredInput(name, "end") for name in inputs}}, wired={fmu: {}}
         )
         self._inputs = {name: np.broadcast_to(np.asarray(v, dtype=float), n) for name, v in inputs.items()}
         self._states = {f"{fmu}.{k}": np.broadcast_to(v, n) for k, v in states.items()}
@@ -45,7 +46,7 @@ class Bench:
 
 def signals(fmu, parameters, inputs, states):
     system = SimpleNamespace(model=registry.load)
-    return slot_signals(system, Bench(fmu, inputs, states), None, {fmu: parameters})
+    return slot_signals(system, ReplayBench(fmu, inputs, states), None, {fmu: parameters})
 
 
 def test_a_stiffness_that_varies_is_taken_at_the_time_of_each_row():
