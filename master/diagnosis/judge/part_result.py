@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from master.diagnosis.numerics.arrays import Array
+from master.diagnosis.numerics.arrays import Array, Mask
 from master.diagnosis.numerics.ceiling import Ceiling
 from master.diagnosis.numerics.drift import Drift
 from master.diagnosis.numerics.least_squares import Fit
@@ -58,6 +58,11 @@ class PartResult:
     def measured(self) -> Array:
         """What was measured of them, shape (rows, outputs)."""
         return self.study.measured
+
+    @property
+    def in_use(self) -> Mask:
+        """Rows that are compared: the replay has settled, shape (rows,)."""
+        return self.study.bench.in_use
 
     @property
     def row_period(self) -> float:

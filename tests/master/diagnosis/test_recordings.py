@@ -120,7 +120,7 @@ def test_wrong_unit_of_a_rate_is_reported(tmp_path):
     (found,) = faults(csv(tmp_path, speed=table()["speed"] * 25.4), rates={"s": "v"})
 
     assert found.startswith("run: v is not the rate of s: its integral is 25.")
-    assert found.endswith("of the way, expected about 1 (wrong unit, scale or sign?)")
+    assert found.endswith("of its change, expected about 1 (wrong unit, scale or sign?)")
 
 
 def test_too_few_samples_are_reported(tmp_path):
