@@ -17,8 +17,9 @@ from master.coupling.schedule import make_schedule
 from master.errors import ConfigError, expected
 from master.experiment.experiment import Experiment
 from master.fmi.description import Description, read_description
+from master.fmi.value_types import Value
 from master.ssp.reader import read_ssp
-from master.system.config import LoadedConfig, Value, load_config, with_stop_time
+from master.system.config import LoadedConfig, load_config, with_stop_time
 from master.system.graph import build_system
 from master.system.scenario import make_scenario
 from master.text.yaml_lines import parse_value

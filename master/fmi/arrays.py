@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
-from dataclasses import replace
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    from .description import Variable
+from typing import Any, NamedTuple
 
 _NOT_EXCHANGED = {"Clock": "a clock", "Binary": "a binary"}
+
+
+class Element(NamedTuple):
+    """One element of an array: its name, its start value as written, and its number in row-major order."""
+
+    name: str
+    start: str
+    number: int
 
 
 def not_exchanged(v: Any) -> str:
@@ -35,29 +38,18 @@ def element_names(v: Any) -> list[str]:
     return [f"{v.name}[{','.join(map(str, place))}]" for place in places]
 
 
-def elements(whole: Variable, v: Any) -> list[Variable]:
-    """Split what stands for a whole array into its elements."""
-    if not v.dimensions:
-        return [whole]
-    names, starts = element_names(v), (whole.start or "").split()
+def elements(v: Any) -> list[Element]:
+    """Elements of an array; one start value is that of all, none is zero."""
+    names = element_names(v)
+    starts = (v.start or "").split()
     if len(starts) != len(names):
         starts = (starts[:1] or ["0"]) * len(names)
-    return [
-        replace(whole, name=name, start=start, size=len(names), element=i)
-        for i, (name, start) in enumerate(zip(names, starts, strict=True))
-    ]
+    return [Element(name, start, i) for i, (name, start) in enumerate(zip(names, starts, strict=True))]
 
 
 def first_number(text: Any) -> float | None:
     """Give a number, of a list its first one."""
     return None if text is None else float(str(text).split()[0])
-
-
-def completed(variables: Sequence[Variable], known: Sequence[Variable]) -> list[Variable]:
-    """Complete the arrays of which a list has elements, in the order of the array."""
-    arrays = dict.fromkeys(v.reference for v in variables if v.element is not None)
-    whole = [v for reference in arrays for v in known if v.reference == reference]
-    return [v for v in variables if v.element is None] + whole
 
 
 def _shape(v: Any) -> list[int]:

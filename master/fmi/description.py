@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import zipfile
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from enum import Enum
 from functools import cached_property
 from pathlib import Path
@@ -190,7 +190,25 @@ def _described(path: Path, root: ET.Element, version: str) -> Description:
 def _variables(model: Any, version: str, units: Mapping[str, Unit]) -> tuple[Variable, ...]:
     """All variables that the master exchanges, arrays by their elements."""
     exchanged = (v for v in model.modelVariables if not not_exchanged(v))
-    return tuple(part for v in exchanged for part in elements(_variable(v, units.get(v.name), version), v))
+    return tuple(part for v in exchanged for part in _elements(_variable(v, units.get(v.name), version), v))
+
+
+def _elements(whole: Variable, v: Any) -> list[Variable]:
+    """The variable itself, or one for each element of an array."""
+    if not v.dimensions:
+        return [whole]
+    parts = elements(v)
+    return [
+        replace(whole, name=part.name, start=part.start, size=len(parts), element=part.number)
+        for part in parts
+    ]
+
+
+def completed(variables: Sequence[Variable], known: Sequence[Variable]) -> list[Variable]:
+    """Complete the arrays of which a list has elements, in the order of the array."""
+    arrays = dict.fromkeys(v.reference for v in variables if v.element is not None)
+    whole = [v for reference in arrays for v in known if v.reference == reference]
+    return [v for v in variables if v.element is None] + whole
 
 
 def _read_xml(path: Path) -> ET.Element:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+Value = bool | int | float | str  # of a parameter or a start value, as a user writes it
+
 FLOAT64, FLOAT32, INT8, UINT8, INT16, UINT16, INT32, UINT32, INT64, UINT64, BOOLEAN = range(11)
 INT_BOOLEAN = 11  # the Boolean of FMI 2.0, an int
 

@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 
 from master.errors import expected
-from master.system.config import Value
 
 from .description import Description, Kind, Variable
-from .value_types import RANGES
+from .value_types import RANGES, Value
 
 
 def parse(variable: Variable, value: Value) -> float | str:

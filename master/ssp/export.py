@@ -12,17 +12,30 @@ import io
 import json
 import zipfile
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 from xml.etree import ElementTree as ET
 
-from master.experiment.experiment import Experiment
 from master.fmi.description import Kind, Variable
-from master.system.graph import Instance, Wire
+from master.system.config import Config
+from master.system.graph import Instance, System, Wire
 
 from .names import COUPLING, SSC, SSD, SSV, STRUCTURE, ssc, ssd, ssv
 
 PARAMETER_SET = "initialValues"  # one name for all FMUs: tools choose a set by its name
 _DATE = (2026, 1, 1, 0, 0, 0)
+
+
+class Experiment(Protocol):
+    """What an archive holds of a prepared system."""
+
+    @property
+    def config(self) -> Config: ...
+
+    @property
+    def variant(self) -> str | None: ...
+
+    @property
+    def system(self) -> System: ...
 
 
 def write_ssp(experiment: Experiment, path: Path) -> Path:

@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from master.coupling.schedule import Iteration, Schedule
-from master.fmi.arrays import completed
-from master.fmi.description import Kind, Variable
+from master.fmi.description import Kind, Variable, completed
 from master.fmi.slave import Slave
 from master.stepping.machine.program import (
     BLOCK_WIDTH,
@@ -18,7 +17,6 @@ from master.stepping.machine.program import (
     COPY,
     COPY_WIDTH,
     EXTRAPOLATE,
-    HELD,
     KEEP,
     OPERATION_WIDTH,
     RESTORE,
@@ -28,6 +26,7 @@ from master.stepping.machine.program import (
     Memory,
     Program,
 )
+from master.system.channel import HELD
 from master.system.graph import Port, System, Wire
 
 Channels = Mapping[str, int]

@@ -20,12 +20,12 @@ from pydantic import (
 )
 
 from master.errors import ConfigError, expected
+from master.fmi.value_types import Value
 from master.text.yaml_lines import Document, Place, read_yaml
 
 MOST_DELAY = 10**7  # ticks; each older value is kept in memory
 MOST_TICKS = 2**53  # beyond it a double does not tell one tick from the next
 
-Value = bool | int | float | str
 ParameterValues = dict[str, Value]
 
 

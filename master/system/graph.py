@@ -8,9 +8,10 @@ from dataclasses import dataclass, replace
 from master.errors import ConfigError, expected
 from master.fmi.description import Description, Kind, Variable
 from master.fmi.units import Conversion, conversion
+from master.fmi.value_types import Value
 from master.fmi.values import parse, settable
 
-from .config import Connection, LoadedConfig, Value
+from .config import Connection, LoadedConfig
 
 
 @dataclass(frozen=True)

@@ -15,8 +15,8 @@ from dataclasses import dataclass, field
 from master.errors import ConfigError
 from master.fmi.description import Description, Kind
 from master.fmi.values import parse
-from master.stepping.machine.program import DELAY, DROP, FREEZE, JITTER, MODE, OFFSET, RANDOM
 
+from .channel import DELAY, DROP, FREEZE, JITTER, MODE, OFFSET, RANDOM
 from .config import Event, LoadedConfig, finite
 from .graph import System, signal_fault
 

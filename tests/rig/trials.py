@@ -27,7 +27,7 @@ from master.diagnosis.answer.before_after import sealed
 from master.diagnosis.answer.verdict import subsystem, verdict
 from master.diagnosis.case.case import load_case
 from master.diagnosis.judge.diagnose import diagnose
-from master.diagnosis.replay.candidate_models import Added
+from master.diagnosis.replay.placed_effect import PlacedEffect
 
 sys.path.append(str(Path(__file__).parents[1]))
 from rig import SUBSYSTEM, Effects, Plant, Recorder, record
@@ -83,51 +83,48 @@ def one(truth: str, seed: int, folder: Path) -> dict:
     case["recordings"] = {"rich": {"file": str(folder / "rig.npz")}}
     (folder / "case.yaml").write_text(yaml.safe_dump(case))
     begin = time.perf_counter()
-    found = diagnose(load_case(folder / "case.yaml"), lambda _: None)
-    seconds = time.perf_counter() - begin
-    try:
+    with diagnose(load_case(folder / "case.yaml"), lambda _: None) as found:
+        seconds = time.perf_counter() - begin
         return _judged(truth, seed, found, recorder, effects) | {"seconds": round(seconds, 1)}
-    finally:
-        found.close()
 
 
 def _judged(truth, seed, found, recorder, effects) -> dict:
     part = _part(found, {SUBSYSTEM[kind] for kind in kinds_of(truth)})
     files = {}
     for p in found.parts:
-        chain = p.study.pool.player(p.chosen.added).chain
+        chain = p.study.pool.player(p.chosen.effects).chain
         files |= {c.name: c.description.path for c in chain if c.name in p.fmus}
-    name = part.study.bench.part.name
+    name = part.name
     own = sealed(found, files)[name]
     before, after = (_power(part, own, predicted) for predicted in (own.before, own.after))
     noise = noise_of(recorder)
-    sized = zip(part.study.bench.outputs, part.study.size, strict=True)
+    sized = zip(part.outputs, part.study.output_scale, strict=True)
     floor = float(np.mean([(noise.get(name, 0.0) / size) ** 2 for name, size in sized]))
     ideal = _rounding(part, own, effects) if effects.quantisation > 0.0 else floor
     return {
         "truth": truth,
         "seed": seed,
         "verdict": verdict(found),
-        "effects": [f"{a.fmu}.{a.slot}:{a.effect}" for a in part.chosen.added],
+        "effects": [f"{a.fmu}.{a.slot}:{a.effect}" for a in part.chosen.effects],
         "families": [list(f) for p in found.parts for f in p.families],
         "subsystem": subsystem(found),
         "before": before,
         "after": after,
         "share_of_ideal": (before - after) / max(before - ideal, 1e-300),
         "size_over_noise": float(np.sqrt(max(_unsealed(part) - floor, 0.0) / max(floor, 1e-300))),
-        "others": [str(a) for p in found.parts if p is not part for a in p.chosen.added],
+        "others": [str(a) for p in found.parts if p is not part for a in p.chosen.effects],
     }
 
 
 def _part(found, true):
     """The part with the effect that was found; where none was, the one that has it."""
-    if found.main.chosen.added:
+    if found.main.chosen.effects:
         return found.main
     return next((p for p in found.parts if true & set(p.study.bench.part.fmus)), found.main)
 
 
 def _power(part, own, predicted) -> float:
-    return float(np.mean(((predicted - own.measured) / part.study.size) ** 2))
+    return float(np.mean(((predicted - own.measured) / part.study.output_scale) ** 2))
 
 
 def _unsealed(part) -> float:
@@ -136,7 +133,7 @@ def _unsealed(part) -> float:
     for block in part.study.held_out:
         rows[block] = True
     left = part.base.predicted - part.study.measured
-    return float(np.mean((left[rows] / part.study.size) ** 2))
+    return float(np.mean((left[rows] / part.study.output_scale) ** 2))
 
 
 def _rounding(part, own, effects) -> float:
@@ -145,11 +142,11 @@ def _rounding(part, own, effects) -> float:
 
     Its inputs were measured, and where the force is near the middle of a step their noise decides.
     """
-    rows = np.round(own.t / part.study.bench.row_period).astype(int)
+    rows = np.round(own.t / part.row_period).astype(int)
     true = {f"contact.{n}": getattr(Plant(), n) for n in ("m_e", "k_m", "c_m", "k_p", "c_p")}
-    added = Added("force_sensor", "output", "quantisation")
-    values = true | {f"force_sensor.{added.prefix}_step": effects.quantisation}
-    return _power(part, own, part.study.simulate((added,), values, everything=True)[rows])
+    placed = PlacedEffect("force_sensor", "output", "quantisation")
+    values = true | {placed.variable("step"): effects.quantisation}
+    return _power(part, own, part.study.simulate((placed,), values, everything=True)[rows])
 
 
 def trial(truth: str, seed: int) -> dict:

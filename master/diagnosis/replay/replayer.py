@@ -108,13 +108,17 @@ class Player:
     def __init__(self, chain: Sequence[Link]) -> None:
         self.chain = list(chain)
         self.slaves: list[_Slave] = []
-        for link in chain:
-            if link.description.version != 2:
-                version = link.description.fmi_version
-                raise ConfigError([f"{link.name}: FMI version, got {version}, expected 2.0 for a replay"])
-            self.slaves.append(_Slave(link.name, link.description))
         self.names = [f"{link.name}.{variable}" for link in chain for variable in link.read]
-        self._lay_out()
+        try:
+            for link in chain:
+                if link.description.version != 2:
+                    version = link.description.fmi_version
+                    raise ConfigError([f"{link.name}: FMI version, got {version}, expected 2.0 for a replay"])
+                self.slaves.append(_Slave(link.name, link.description))
+            self._lay_out()
+        except BaseException:  # Ctrl-C too: nobody else could unload them
+            self.close()
+            raise
 
     def play(
         self,

@@ -11,8 +11,7 @@ from master.fmi.native import calls
 from master.fmi.native.cells import load, store
 from master.fmi.native.jit import inner
 from master.fmi.value_types import FLOAT64, UINT8
-
-from .program import (
+from master.system.channel import (
     DELAY,
     DRAWN,
     DROP,
@@ -24,9 +23,9 @@ from .program import (
     MORE,
     OFFSET,
     RANDOM,
-    WARNING,
-    Memory,
 )
+
+from .program import WARNING, Memory
 
 Floats = NDArray[np.float64]
 

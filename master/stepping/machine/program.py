@@ -8,14 +8,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from master.system.channel import HELD
+
 COPY, STEP, KEEP, EXTRAPOLATE, CHANNEL, SAVE, RESTORE, CHECK = range(8)
 
 OPERATION_WIDTH, BLOCK_WIDTH, SLAVE_WIDTH, COPY_WIDTH = 6, 6, 7, 3  # cells of a row, see `Memory`
 
 WARNING = 1  # the worst status of FMI with which a run goes on
-
-PASS, FREEZE, DROP = range(3)
-MODE, OFFSET, DELAY, JITTER, FALLBACK, RANDOM, DRAWN, MORE, HELD = range(9)
 
 Integers = NDArray[np.int64]
 Floats = NDArray[np.float64]

@@ -47,7 +47,7 @@ def residual(part: PartResult) -> Figure:
 def _time(figure: Any, part: PartResult, left: dict[str, Array], name: str) -> None:
     ax: Any = figure.subplots()
     rows = part.study.bench.in_use
-    t = np.asarray(np.flatnonzero(rows) * part.study.bench.row_period, dtype=float)
+    t = np.asarray(np.flatnonzero(rows) * part.row_period, dtype=float)
     draw(ax, t, {k: v[rows] for k, v in left.items()})
     ax.set(xlabel="time [s]", ylabel=name)
     legend(figure, ax)
@@ -57,9 +57,7 @@ def _spectrum(ax: Any, part: PartResult, left: dict[str, Array], unit: str) -> N
     rows = part.study.bench.in_use
     for name, values in left.items():
         own = np.nan_to_num(values[rows])
-        f, power = welch(
-            own, 1.0 / part.study.bench.row_period, nperseg=min(SEGMENT, max(8, len(own) // SEGMENTS))
-        )
+        f, power = welch(own, 1.0 / part.row_period, nperseg=min(SEGMENT, max(8, len(own) // SEGMENTS)))
         ax.loglog(f[1:], np.sqrt(power[1:]), color=COLOURS[name], linewidth=0.9)
     ax.grid(alpha=0.3)
     ax.set(xlabel="frequency [Hz]", ylabel=f"amplitude density [{unit}/sqrt(Hz)]")
@@ -81,7 +79,7 @@ def _correlations(ax: Any, part: PartResult) -> None:
 def _slot(part: PartResult) -> str | None:
     """Slot of the effect, else the first, that has a signal to draw the map over."""
     signals = part.study.signals
-    wanted = [f"{a.fmu}.{a.slot}" for a in part.chosen.added]
+    wanted = [f"{a.fmu}.{a.slot}" for a in part.chosen.effects]
     return next((s for s in (*wanted, *signals) if s in signals and len(_axes(signals[s])) == 2), None)
 
 
