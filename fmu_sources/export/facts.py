@@ -80,12 +80,22 @@ def document(root: ET.Element) -> bytes:
 
 
 def add_coupling_facts(parent: ET.Element, model: Model) -> None:
-    """Write what the master's delay ledger asks of an FMU: which inputs reach an output, and own delays."""
+    """
+    Write what a master cannot see from outside.
+
+    Which inputs reach an output, own delays, values with which the model is linear, and when it learns.
+    """
     coupling = ET.SubElement(parent, "Coupling")
     for name, inputs in influences(model).items():
         ET.SubElement(coupling, "Influence", output=name, inputs=" ".join(inputs))
     for delay in model.delays:
         _add_delay(coupling, delay)
+    for linear in model.linear:
+        ET.SubElement(
+            coupling, "Linear", parameter=linear.parameter, value=str(linear.value), reason=linear.reason
+        )
+    for learning in model.learning:
+        ET.SubElement(coupling, "Learning", by=learning.by, item=learning.item, held=learning.held_by)
 
 
 def _add_delay(parent: ET.Element, delay: Delay) -> None:

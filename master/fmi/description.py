@@ -15,6 +15,7 @@ from master.errors import ConfigError
 
 from . import value_types
 from .arrays import element_names, elements, first_number, is_ticked, not_exchanged
+from .linearity import DeclaredLearning, DeclaredLinear, declared_learning, declared_linear
 from .units import Unit, units_of
 
 
@@ -96,6 +97,8 @@ class Description:
     ticked_clocks: tuple[str, ...] = ()
     feedthrough: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     influences: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    linear: tuple[DeclaredLinear, ...] = ()
+    learning: tuple[DeclaredLearning, ...] = ()
 
     @property
     def version(self) -> int:
@@ -179,6 +182,8 @@ def _described(path: Path, root: ET.Element, version: str) -> Description:
         influences={
             e.get("output", ""): tuple((e.get("inputs") or "").split()) for e in root.iter("Influence")
         },
+        linear=declared_linear(root),
+        learning=declared_learning(root),
     )
 
 

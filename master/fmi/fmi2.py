@@ -38,6 +38,8 @@ class Fmi2Slave(FmuSlave):
         self._call(self._fmu.enterInitializationMode)
 
     def asked_for_end(self) -> bool:
+        if self._ends_with_error:  # PythonFMU calls every step that it discards the end of the simulation
+            return False
         try:
             return bool(self._fmu.getBooleanStatus(_TERMINATED))
         except Exception:  # FMPy: the FMU does not answer the question

@@ -27,6 +27,7 @@ class FmuSlave:
     def __init__(self, name: str, description: Description) -> None:
         self.name, self.description = name, description
         self._messages: list[str] = []
+        self._ends_with_error = False
         self._is_initialised = False
         try:
             self._folder = unpacked.acquire(description, unpack)
@@ -114,6 +115,7 @@ class FmuSlave:
         _logger.debug("%s (%s): %s", self.name, STATUS[status] if status < len(STATUS) else status, text)
         if status:
             self._messages.append(text)
+        self._ends_with_error = status >= STATUS.index("error")
 
 
 def unpack(path: Path) -> str:

@@ -6,23 +6,19 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from master.analysis.identify.online_identifiers import HOLD, REASON, learns, measure_learned
+from master.analysis.identify.online_identifiers import REASON, hold_of, learns, measure_learned
 from master.analysis.identify.realisation import realise
 from master.analysis.identify.responses import Question, Responses, measure, real, start_variables
 from master.analysis.state_space import StateSpace
 from master.experiment.experiment import Experiment
 from master.fmi.description import Kind
+from master.fmi.linearity import DeclaredLinear
 from master.fmi.values import parse
 from master.stepping.simulate import SlaveFactory, load, simulate
 from master.system.graph import Instance, System
 from master.system.grid import Grid
 
 from .tick_matrix import Coupled, Part
-
-FROZEN = (
-    ("identifier", "fixed", "identification is not linear: its process parameters are the assumed ones"),
-    ("k_p_amplitude", 0.0, "a stiffness that varies with time stands at its mean"),
-)
 
 
 @dataclass(frozen=True)
@@ -118,21 +114,29 @@ class Laboratory:
 
 
 def frozen(system: System, *, after_run: bool) -> tuple[System, tuple[Assumption, ...]]:
-    """Set what varies with time to what `FROZEN` says; give the system and what is assumed."""
+    """Set what the FMUs declare not linear or varying; return the system and what is assumed."""
     found = []
     for name, instance in system.instances.items():
-        if after_run and learns(instance):
-            found.append(Assumption(f"{name}.{HOLD}", "true", REASON))
+        hold = hold_of(instance)
+        if after_run and hold is not None:
+            found.append(Assumption(f"{name}.{hold}", "true", REASON))
             continue
-        for parameter, item, reason in FROZEN:
-            variable = instance.description.by_name.get(parameter)
-            if variable is None:
-                continue
-            value = parse(variable, item)
-            if instance.value_of(parameter) != value:
-                found.append(Assumption(f"{name}.{parameter}", item, reason))
-                system = changed(system, {f"{name}.{parameter}": float(value)})
+        for parameter, declared in _linear(instance).items():
+            variable = instance.description.by_name[parameter]
+            values = [parse(variable, one.value if variable.items else float(one.value)) for one in declared]
+            if instance.value_of(parameter) not in values:
+                shown = declared[0].value if variable.items else values[0]
+                found.append(Assumption(f"{name}.{parameter}", shown, declared[0].reason))
+                system = changed(system, {f"{name}.{parameter}": float(values[0])})
     return system, tuple(found)
+
+
+def _linear(instance: Instance) -> dict[str, list[DeclaredLinear]]:
+    """Values with which an FMU is linear, by parameter."""
+    found: dict[str, list[DeclaredLinear]] = {}
+    for declared in instance.description.linear:
+        found.setdefault(declared.parameter, []).append(declared)
+    return found
 
 
 def changed(system: System, changes: Mapping[str, float]) -> System:

@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from master.experiment.experiment import Experiment
+from master.fmi.slave import Slave
 from master.fmi.values import parse
 from master.stepping.outcome import RunOptions
 from master.stepping.simulate import SlaveFactory, running
@@ -16,24 +17,28 @@ from master.system.graph import Instance, System
 
 from .responses import Question, Responses, measure_running
 
-HOLD = "identification_held"
 REASON = "identification is not linear: its process parameters stay as a run leaves them"
+
+
+def hold_of(instance: Instance) -> str | None:
+    """Return the parameter that stops an FMU from learning; None if it does not learn as it is set."""
+    variables = instance.description.by_name
+    for learning in instance.description.learning:
+        chosen = parse(variables[learning.by], learning.item)
+        if instance.value_of(learning.by) == chosen and instance.value_of(learning.held_by) == 0.0:
+            return learning.held_by
+    return None
 
 
 def learns(instance: Instance) -> bool:
     """Whether an FMU identifies and can be told to stop."""
-    names = instance.description.by_name
-    return HOLD in names and instance.value_of(HOLD) == 0.0 and not _is_fixed(instance)
+    return hold_of(instance) is not None
 
 
 def holding(instance: Instance) -> Instance:
-    """Give an FMU that identifies, told from its start not to."""
-    return replace(instance, start={**instance.start, HOLD: 1.0})
-
-
-def _is_fixed(instance: Instance) -> bool:
-    identifier = instance.description.by_name.get("identifier")
-    return identifier is not None and instance.value_of("identifier") == parse(identifier, "fixed")
+    """Return an FMU that identifies, told from its start not to."""
+    hold = hold_of(instance)
+    return instance if hold is None else replace(instance, start={**instance.start, hold: 1.0})
 
 
 def measure_learned(
@@ -52,5 +57,12 @@ def measure_learned(
         outcome, slaves = run
         if outcome.error is not None and outcome.error.instance == name:
             raise outcome.error
-        slaves[name].set([question.instance.description.by_name[HOLD]], [1.0])
+        hold_now(question.instance, slaves[name])
         return measure_running(replace(question, t0=float(outcome.result.time[-1])), slaves[name])
+
+
+def hold_now(instance: Instance, slave: Slave) -> None:
+    """Tell a running FMU to stop learning."""
+    hold = hold_of(instance)
+    if hold is not None:
+        slave.set([instance.description.by_name[hold]], [1.0])

@@ -18,7 +18,7 @@ from master.analysis.state_space import StateSpace
 from master.stepping.simulate import SlaveFactory
 
 from . import history
-from .online_identifiers import HOLD
+from .online_identifiers import hold_now
 from .responses import Bench, Question, delta_of, started
 
 Floats = NDArray[np.float64]
@@ -82,7 +82,6 @@ def measure_learning(question: Question, factory: SlaveFactory, inputs: Floats) 
 def _learned(question: Question, factory: SlaveFactory, inputs: Floats, stride: int) -> Floats:
     """Lead an FMU through a run; give its answers behind each so manieth step."""
     bench = Bench(question, started(question, factory))
-    hold = [question.instance.description.by_name[HOLD]]
     pulses = []
     try:
         for k, row in enumerate(inputs):
@@ -90,7 +89,7 @@ def _learned(question: Question, factory: SlaveFactory, inputs: Floats, stride: 
             bench.slave.set(question.inputs, bench.values)
             bench.run(k, k + 1)
             if k % stride == 0:
-                pulses.append(_pulses(bench, k + 1, lambda: bench.slave.set(hold, [1.0])))
+                pulses.append(_pulses(bench, k + 1, lambda: hold_now(question.instance, bench.slave)))
         return np.array(pulses)
     finally:
         bench.close()

@@ -6,7 +6,6 @@ import json
 from pathlib import Path
 from typing import Any
 
-from fmu_sources.export import build
 from master.diagnosis.answer.report.page import page
 from master.diagnosis.answer.report.panels import panels
 from master.diagnosis.case.case import load_case
@@ -14,6 +13,7 @@ from master.diagnosis.judge.diagnose import Diagnosis, diagnose
 from master.diagnosis.search.study import Progress
 from master.experiment.prepare import prepare
 from master.fmi.description import read_description
+from master.recording.whole_file import write_whole
 
 from .before_after import sealed
 from .corrected_fmus import Corrected, correct
@@ -41,8 +41,8 @@ def answer(path: Path, folder: Path, progress: Progress) -> dict[str, Any]:
         files = [*corrected.files, *(p.file for p in drawn), folder / "report.html", folder / "report.json"]
         report = as_dict(diagnosis, parts, [f.relative_to(folder).as_posix() for f in files])
         units = _units(diagnosis, corrected)
-    build.write(folder / "report.json", (json.dumps(report, indent=2, allow_nan=False) + "\n").encode())
-    build.write(folder / "report.html", page(report, drawn, units).encode())
+    write_whole(folder / "report.json", json.dumps(report, indent=2, allow_nan=False) + "\n")
+    write_whole(folder / "report.html", page(report, drawn, units))
     return report
 
 

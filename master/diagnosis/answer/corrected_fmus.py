@@ -11,11 +11,11 @@ from typing import Any
 
 import yaml
 
-from fmu_sources.export import build
 from master import catalogue
 from master.diagnosis.case.cut import CutSystem
 from master.diagnosis.judge.diagnose import Diagnosis
 from master.diagnosis.replay.placed_effect import source_with
+from master.recording.whole_file import write_whole
 
 FLAVOURS = ("native", "python")
 HEAD = "# {name} with what the recording asks for; written by `dockloop diagnose`.\n"
@@ -51,7 +51,7 @@ def correct(diagnosis: Diagnosis, folder: Path) -> Corrected:
     path = folder / f"{diagnosis.loaded.case.name}_corrected.yaml"
     text = HEAD.format(name=diagnosis.loaded.case.name)
     text += yaml.safe_dump(_document(diagnosis, sources, folder), sort_keys=False, default_flow_style=None)
-    build.write(path, text.encode())
+    write_whole(path, text)
     return Corrected(native, (*files, path), path)
 
 

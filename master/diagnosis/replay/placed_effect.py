@@ -10,8 +10,6 @@ from fmu_sources.effects import catalogue
 from fmu_sources.effects.framework.effect import Effect, Rms
 from master.diagnosis.numerics.least_squares import FreeParameter
 
-LEAST_SMOOTHING = 0.1  # of its typical size: a sharper change is no different in a recording
-LEAST_POSITIVE = 1e-4  # of its typical size, of what must be above zero
 LARGEST = 1e4  # of its typical size
 
 
@@ -71,7 +69,7 @@ def free_parameters(placed: PlacedEffect, rms: Rms) -> tuple[FreeParameter, ...]
         size = scale.get(v.name, 1.0) or 1.0
         low = v.minimum if v.minimum is not None else -float("inf")
         if v.above is not None:
-            low = max(v.above, (LEAST_SMOOTHING if v.name == "smoothing" else LEAST_POSITIVE) * size)
+            low = max(v.above, placed.law.smallest_share(v.name) * size)
         high = v.maximum if v.maximum is not None else LARGEST * size
         parameters.append(FreeParameter(placed.variable(v.name), size, low, high, abs(size)))
     return tuple(parameters)

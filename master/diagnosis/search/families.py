@@ -25,7 +25,6 @@ SAME_PREDICTION = 0.1  # rms of the difference over that of the change: two mode
 NEAR = 0.18  # gain: ln of 1.2, a fifth more is left
 CLEAR = 3.0  # standard errors
 CONFUSED_SHARE = 0.8  # share of the best's: a lag-like effect that explains as much
-LAG_LIKE = frozenset({"extra_lag", "extra_delay", "end_effector_inertia", "mount_resonance"})
 
 
 @dataclass(frozen=True)
@@ -77,15 +76,15 @@ def _winner(study: Study, accepted: Sequence[Ranked]) -> Ranked:
 
 
 def is_confused(one: Ranked, best: Ranked) -> bool:
-    """Whether both are lag-like in one slot and explain nearly as much."""
-    return are_lag_like(one.model, best.model) and one.gain.share > CONFUSED_SHARE * best.gain.share
+    """Whether both act alike in one slot and explain nearly as much."""
+    return act_alike(one.model, best.model) and one.gain.share > CONFUSED_SHARE * best.gain.share
 
 
-def are_lag_like(one: ExtendedModel, other: ExtendedModel) -> bool:
-    """Whether the last effects of both act like a lag, in one slot."""
+def act_alike(one: ExtendedModel, other: ExtendedModel) -> bool:
+    """Whether the last effects of both act like a lag, say, in one slot."""
     a = one.effects[-1]
     b = other.effects[-1]
-    return a.place == b.place and {a.effect, b.effect} <= LAG_LIKE
+    return a.place == b.place and a.law.acts_like == b.law.acts_like is not None
 
 
 def contains(study: Study, before: Fit, large: Ranked, small: Ranked) -> bool:

@@ -12,6 +12,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from fmu_sources.effects.catalogue import constant
 from master.diagnosis.numerics.arrays import Array
 from master.diagnosis.numerics.step_answers import convolved
 from master.diagnosis.replay.placed_effect import PlacedEffect
@@ -29,7 +30,7 @@ class Injection:
     def __init__(self, study: Study, place: str, values: Mapping[str, float]) -> None:
         fmu, _, slot = place.partition(".")
         self.study = study
-        self.offset = PlacedEffect(fmu, slot, "offset")
+        self.offset = PlacedEffect(fmu, slot, constant().name)
         study.build([(self.offset,)])
         self.steps: dict[str, Array] = {}
         if not study.bench.is_windowed:
@@ -62,7 +63,7 @@ class Injection:
 
     def _steps(self, values: Mapping[str, float], size: float) -> dict[str, Array]:
         """Answers to the offset over it, by recording, shape (samples, outputs); none if not linear."""
-        name = self.offset.variable("offset")
+        name = self.offset.variable(self.offset.law.parameters[0].name)
         base = self.study.outputs((), values)
         once = self.study.outputs((self.offset,), {**values, name: size})
         twice = self.study.outputs((self.offset,), {**values, name: 2.0 * size})

@@ -18,7 +18,7 @@ from .extended_model import ExtendedModel
 from .families import (
     NEAR,
     Ranked,
-    are_lag_like,
+    act_alike,
     best_first,
     contains,
     family,
@@ -201,7 +201,7 @@ def _shortlist(tried: Sequence[Screened]) -> list[Screened]:
     best = tried[0].gain if tried else 0.0
     least = max(SMALLEST_PROMISE, SMALLEST_OF_BEST * best)
     kept = [s for i, s in enumerate(tried[:LONGEST_LIST]) if s.gain >= least or i < FEWEST]
-    return kept + [s for s in tried if s not in kept and are_lag_like(s.model, tried[0].model)]
+    return kept + [s for s in tried if s not in kept and act_alike(s.model, tried[0].model)]
 
 
 def _round(study: Study, before: Fit, promising: Sequence[Screened], n_tried: int) -> Round:

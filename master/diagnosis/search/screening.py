@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fmu_sources.effects.framework.common import NEVER
+from fmu_sources.effects.framework.effect import FirstGuess
 from master.diagnosis.numerics.arrays import Array
 from master.diagnosis.numerics.least_squares import Fit, FreeParameter, bounded
 from master.diagnosis.numerics.periods import likely_periods
@@ -28,12 +28,9 @@ from .tangent import Tangent
 FACTORS = (0.1, 0.3, 1.0, 3.0)  # sizes of a shape that are tried, over its typical one
 FACTORS_OF_TIME = (0.1, 0.3, 0.6, 0.9, 1.2, 1.6, 2.2, 3.0)  # a delay of held values has several minima
 FACTORS_OF_FREQUENCY = (0.1, 0.2, 0.4, 0.6, 1.0, 1.6, 2.5, 4.0)  # a resonance is seen from nearby only
-PROBE = 0.02  # of an amplitude's typical size, where the response is taken
-PROBE_OF_LIMIT = 1.0  # a limit does nothing at a small amplitude
 LEAST_AMPLITUDE = 1e-2  # of the typical size, where a fit starts
 N_STARTS = 4
 RATE = "{value}/{position}"
-LIMITS = frozenset({"force_saturation", "rate_saturation"})
 SAME = 0.999  # correlation of an output that is the slot's value
 
 
@@ -91,12 +88,12 @@ def _shapes(
     study: Study, tangent: Tangent, placed: PlacedEffect, own: Sequence[FreeParameter]
 ) -> list[Mapping[str, float]]:
     """Values to try of what a law is not linear in."""
-    if placed.effect == "quantisation":
+    if placed.law.first_guess is FirstGuess.QUANTA:
         return [{own[0].name: step} for step in _steps(study, tangent, placed)]
     amplitudes = [p for p in own if _is_amplitude(placed, p.name)]
     shapes = [p for p in own if p not in amplitudes]
     rates = [p for p in amplitudes if placed.law.states and _unit(placed, p.name) == RATE]
-    if placed.effect == "ripple":
+    if placed.law.first_guess is FirstGuess.PERIODS:
         periods = [{p.name: period} for p in shapes for period in _periods(study, tangent, placed)]
         if periods:
             return list(periods)
@@ -143,11 +140,10 @@ def _trial(tangent: Tangent, model: ExtendedModel, shape: Mapping[str, float]) -
     """Share and amplitudes at one shape, probed with small amplitudes."""
     placed = model.effects[-1]
     amplitudes = [p for p in model.parameters if placed.owns(p.name) and _is_amplitude(placed, p.name)]
-    if not amplitudes or placed.effect == "quantisation":
+    if not amplitudes or placed.law.first_guess is FirstGuess.QUANTA:
         gain = tangent.gain([tangent.response(model, shape)], [0.0])
         return _Trial(gain.share, model, dict(shape))
-    probe = PROBE_OF_LIMIT if placed.effect in LIMITS else PROBE
-    return _probed(tangent, model, amplitudes, shape, probe)
+    return _probed(tangent, model, amplitudes, shape, placed.law.probe)
 
 
 def _probed(
@@ -178,8 +174,4 @@ def _unit(placed: PlacedEffect, name: str) -> str:
 
 
 def _is_amplitude(placed: PlacedEffect, name: str) -> bool:
-    unit = _unit(placed, name)
-    absent = placed.law.absent.get(placed.short_name(name))
-    if absent == NEVER or unit in ("{position}", "s"):
-        return False
-    return absent == 0.0 or "{value}" in unit
+    return placed.short_name(name) in placed.law.amplitudes

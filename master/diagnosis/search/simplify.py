@@ -51,7 +51,9 @@ def _parts(
     placed: PlacedEffect, candidates: Sequence[PlacedEffect], taken: Sequence[PlacedEffect]
 ) -> Iterator[tuple[PlacedEffect, ...]]:
     """All ways to place what a law equals the sum of; the first goes where the law was."""
-    places = [[e for e in candidates if e.effect == name and e not in taken] for name in placed.law.made_of]
+    places = [
+        [e for e in candidates if e.effect == name and e not in taken] for name in placed.law.equals_sum_of
+    ]
     if places:
         places[0] = [e for e in places[0] if e.place == placed.place]
         yield from itertools.product(*places)

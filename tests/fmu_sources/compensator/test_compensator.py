@@ -8,7 +8,7 @@ from made import OFF, make, parameters, step
 
 from fmu_sources.compensator.compensator import MODEL
 from fmu_sources.compensator.difference import process_parameters
-from fmu_sources.compensator.ports import Identifier
+from fmu_sources.compensator.identifiers.framework.catalogue import IdentifierChoice as Identifier
 from fmu_sources.export.dependencies import initial_dependencies
 from fmu_sources.framework.instance import ModelError
 from fmu_sources.framework.variables import Role

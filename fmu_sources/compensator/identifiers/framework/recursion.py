@@ -1,40 +1,55 @@
 """
-Kalman filter for the process parameters Y = (a, b, c, d, e), one measurement a period.
+Recursion of a least-squares estimate and its covariance, Y = (a, b, c, d, e), one measurement a period.
 
     H      = (f(k-1), f(k-2), -s(k), -s(k-1), -s(k-2)),   Z = f(k),   s = s_act - x              (20)
-    P      = P + Q                                        before the measurement                 (21)
+    P      = P/lambda + Q                                 before the measurement                 (21)
     S      = H P H' + R
     K      = P H'/S
     Y      = Y + K (Z - H Y)
     P      = P - K H P
 
-P is symmetric and kept as its upper triangle, row by row: p11 p12 .. p15 p22 .. p55.
+P is symmetric and kept as its upper triangle, row by row: p11 p12 .. p15 p22 .. p55. What lambda, Q and R are
+makes it one identifier or another; only one of them runs, hence they share one P.
 Source   Paper, Sec. IV-B.2, Eqs. 19-21.
-Deviation  Eq. 21 prints P(k|k-1) = P(k|k-1) + Q behind the gain; it is P(k-1|k-1) + Q before it. Q belongs
+Deviation  Eq. 21 prints P(k|k-1) = P(k|k-1) + Q after the gain; it is P(k-1|k-1) + Q before it. Q belongs
            to the process and R to the measurement, the reverse of the text. The minus on s makes the
            printed c, d, e (those of +G) right: the force is restoring.
 """
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
-from ..framework.arithmetic import Arithmetic
+from ....framework.arithmetic import Arithmetic
 
 N_COVARIANCE = 15
 DIAGONAL = (0, 5, 9, 12, 14)
 
 
+class Settings(NamedTuple):
+    """Factor 1/lambda on P, variances that a period adds, variance of a measurement [N^2]."""
+
+    inflation: Any
+    Q_ab: Any
+    Q_cde: Any
+    R: Any
+
+
 def diagonal(ab: Any, cde: Any) -> tuple[Any, ...]:
-    """Give the packed matrix diag(ab, ab, cde, cde, cde)."""
+    """Return the packed matrix diag(ab, ab, cde, cde, cde)."""
     packed: list[Any] = [0.0] * N_COVARIANCE
     for place, value in zip(DIAGONAL, (ab, ab, cde, cde, cde), strict=True):
         packed[place] = value
     return tuple(packed)
 
 
+def inflated(P: tuple[Any, ...], factor: Any) -> tuple[Any, ...]:
+    """Return P/lambda, `factor` being 1/lambda."""
+    return tuple(element * factor for element in P)
+
+
 def predicted(P: tuple[Any, ...], Q_ab: Any, Q_cde: Any) -> tuple[Any, ...]:
-    """Give P + Q, Q = diag(Q_ab, Q_ab, Q_cde, Q_cde, Q_cde)."""
+    """Return P + Q, Q = diag(Q_ab, Q_ab, Q_cde, Q_cde, Q_cde)."""
     p11, p12, p13, p14, p15, p22, p23, p24, p25, p33, p34, p35, p44, p45, p55 = P
     return (
         *(p11 + Q_ab, p12, p13, p14, p15),
@@ -48,7 +63,7 @@ def predicted(P: tuple[Any, ...], Q_ab: Any, Q_cde: Any) -> tuple[Any, ...]:
 def corrected(
     Y: tuple[Any, ...], P: tuple[Any, ...], H: tuple[Any, ...], Z: Any, R: Any, m: Arithmetic
 ) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
-    """Give Y and P after the measurement Z [N] of variance R [N^2]."""
+    """Return Y and P after the measurement Z [N] of variance R [N^2]."""
     a, b, c, d, e = Y
     p11, p12, p13, p14, p15, p22, p23, p24, p25, p33, p34, p35, p44, p45, p55 = P
     h1, h2, h3, h4, h5 = H
