@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from master.analysis.closed_loop.along_a_run import Along, along
-from master.analysis.closed_loop.linearise import Assumption, Laboratory
-from master.analysis.closed_loop.tick_matrix import Coupled
+from master.analysis.closed_loop.along_a_run import LinearityAlongRun, linearity_along_run
+from master.analysis.closed_loop.linearise import Assumption, Linearisation
+from master.analysis.closed_loop.tick_matrix import LinearSystem
 from master.analysis.measures.margins import Margin, margins
 from master.analysis.measures.poles import Pole, dominant, growth_rate, nearest, poles
 from master.evaluation.modes import Mode
@@ -29,14 +29,14 @@ class Analysis:
     run, poles and margins those under the assumptions.
     """
 
-    coupled: Coupled
+    coupled: LinearSystem
     assumptions: tuple[Assumption, ...]
     poles: tuple[Pole, ...]
     dominant: Pole | None
     reference: Pole | None
     growth_rate: float
     margins: tuple[Margin, ...]
-    along: Along | None = None
+    along: LinearityAlongRun | None = None
 
     @property
     def stable(self) -> bool:
@@ -91,20 +91,19 @@ def analyse(experiment: Experiment, factory: SlaveFactory = load) -> Analysis:
     Raises:
         FmuError: If an FMU fails, or cannot save its state.
     """
-    laboratory = Laboratory(experiment, factory, after_run=True)
+    laboratory = Linearisation(experiment, factory, after_run=True)
     return judge(laboratory.coupled(), laboratory)
 
 
-def judge(coupled: Coupled, laboratory: Laboratory) -> Analysis:
+def judge(coupled: LinearSystem, laboratory: Linearisation) -> Analysis:
     """Find poles and margins of a coupled system."""
-    config = laboratory.experiment.config
-    compare = config.compare
+    compare = laboratory.experiment.compare
     signal = None if compare is None else compare.signal
-    found = poles(coupled, signal, config.stop_time - config.start_time)
+    found = poles(coupled, signal, laboratory.experiment.duration)
     best = dominant(found)
     reference = None
     if compare is not None and compare.reference is not None and best is not None:
-        name = compare.reference.partition(".")[0]
+        name = compare.reference.instance
         period = coupled.step_size * coupled.schedule.every[name]
         reference = nearest(coupled.parts[name].system, period, best)
     frozen = Analysis(
@@ -116,10 +115,10 @@ def judge(coupled: Coupled, laboratory: Laboratory) -> Analysis:
         growth_rate=growth_rate(coupled),
         margins=tuple(margins(coupled)),
     )
-    return _along_its_run(frozen, along(laboratory, coupled) if laboratory.after_run else None)
+    return _along_its_run(frozen, linearity_along_run(laboratory, coupled) if laboratory.after_run else None)
 
 
-def _along_its_run(frozen: Analysis, found: Along | None) -> Analysis:
+def _along_its_run(frozen: Analysis, found: LinearityAlongRun | None) -> Analysis:
     if found is None:
         return frozen
     step = frozen.coupled.step_size
@@ -139,7 +138,7 @@ def _shown(mode: Mode | None, step: float, frozen: Pole | None) -> Pole | None:
     return Pole(cmath.exp(mode.pole * step), step, () if frozen is None else frozen.parts)
 
 
-def _along_notes(found: Along) -> list[str]:
+def _along_notes(found: LinearityAlongRun) -> list[str]:
     notes = [
         "the system varies with time: zeta of the dominant pole and of the reference is what the linear "
         f"system shows from {found.begin:g} to {found.end:g} s; "
@@ -162,7 +161,7 @@ def _along_notes(found: Along) -> list[str]:
     return notes
 
 
-def _along_dict(found: Along) -> dict[str, Any]:
+def _along_dict(found: LinearityAlongRun) -> dict[str, Any]:
     modes = {"linear": found.mode, "reference": found.reference, "run": found.simulated}
     return {
         "begin": found.begin,

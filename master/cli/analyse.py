@@ -8,16 +8,28 @@ from typing import Any
 import click
 from rich.progress import Progress
 
-from master.analysis.closed_loop.linearise import Laboratory
+from master.analysis.closed_loop.linearise import Linearisation
 from master.analysis.measures.map_plot import plot_map
 from master.analysis.measures.sweep import StabilityMap, parse_axis, stability_map
 from master.analysis.measures.zeros import zeros
 from master.analysis.summary import judge, lines, pole_dict
+from master.api import prepare_to_run
 from master.errors import ConfigError, expected
 from master.experiment.experiment import Experiment
-from master.experiment.prepare import Request, prepare
+from master.experiment.prepare import Request
 
-from .common import CONFIG, FLAVOUR, JSON, SET, STDERR, VARIANT, answers_errors, print_json, show_building
+from .common import (
+    CONFIG,
+    FLAVOUR,
+    JSON,
+    SET,
+    STDERR,
+    STEP_SIZE,
+    VARIANT,
+    answers_errors,
+    print_json,
+    show_building,
+)
 
 
 @click.command()
@@ -32,6 +44,7 @@ from .common import CONFIG, FLAVOUR, JSON, SET, STDERR, VARIANT, answers_errors,
     help="Stability over one or two parameters, or delays of connected inputs; writes a PNG.",
 )
 @click.option("--zeros", "pair", metavar="INPUT:OUTPUT", help="Zeros from a connected input to an output.")
+@STEP_SIZE
 @FLAVOUR
 @click.option(
     "--output",
@@ -51,14 +64,14 @@ def analyse(
 ) -> None:
     """Poles, damping, and the delay and gain that each connection of CONFIG bears more."""
     request = Request(**options)
-    experiment = prepare(config, request, show_building)
+    experiment = prepare_to_run(config, request, show_building)
     if len(sweeps) > 2:
         raise ConfigError([f"--sweep: too many, got {len(sweeps)}, expected one or two"])
-    laboratory = Laboratory(experiment, after_run=True)
-    title = " / ".join(filter(None, (experiment.config.name, request.variant)))
-    answer: dict[str, Any] = {"name": experiment.config.name, "variant": request.variant}
+    laboratory = Linearisation(experiment, after_run=True)
+    title = " / ".join(filter(None, (experiment.name, request.variant)))
+    answer: dict[str, Any] = {"name": experiment.name, "variant": request.variant}
     if sweeps:
-        folder = output or Path("results") / experiment.config.name / (request.variant or "default")
+        folder = output or Path("results") / experiment.name / (request.variant or "default")
         found = _sweep(laboratory, sweeps)
         folder.mkdir(parents=True, exist_ok=True)
         answer |= _map_dict(found) | {"plot": str(plot_map(found, title, folder / "stability.png"))}
@@ -76,7 +89,7 @@ def analyse(
     click.echo("\n".join([title, *text]))
 
 
-def _sweep(laboratory: Laboratory, sweeps: tuple[str, ...]) -> StabilityMap:
+def _sweep(laboratory: Linearisation, sweeps: tuple[str, ...]) -> StabilityMap:
     x, *more = [parse_axis(text, laboratory.system) for text in sweeps]
     y = more[0] if more else None
     total = len(x.values) if x.wire is None or y is None else len(y.values)
@@ -106,7 +119,7 @@ def _map_lines(answer: dict[str, Any]) -> list[str]:
     return [*rows, f"  {answer['plot']}"]
 
 
-def _zeros(laboratory: Laboratory, experiment: Experiment, pair: str) -> list[dict[str, Any]]:
+def _zeros(laboratory: Linearisation, experiment: Experiment, pair: str) -> list[dict[str, Any]]:
     coupled = laboratory.coupled()
     source, colon, signal = pair.partition(":")
     wires = {w.target.name: w for w in coupled.wires}

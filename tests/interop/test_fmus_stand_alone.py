@@ -10,9 +10,7 @@ from io import BytesIO
 from pathlib import Path
 
 import pytest
-from experiment_in_fmu import in_fmpy, vectors
 from fmpy.validation import validate_fmu
-from other_tools import importable, require
 
 from fmu_sources.composed import registry
 from fmu_sources.export import build
@@ -20,6 +18,8 @@ from fmu_sources.export.native_flavour import host_binaries, native_sources, pac
 from fmu_sources.export.python_flavour import build_python
 from fmu_sources.export.reference_data import agreement
 from fmu_sources.export.release import release_models
+from tests.interop.experiment_in_fmu import in_fmpy, vectors
+from tests.interop.other_tools import importable, require
 
 pytestmark = pytest.mark.slow
 

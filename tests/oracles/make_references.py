@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parent))
-
-import compensator_reference
-import hexapod_reference
-import linear_references
-from reference_experiment import Experiment
+from tests.oracles import compensator_reference, hexapod_reference, linear_references
+from tests.oracles.reference_experiment import Experiment
 
 SOURCES = Path(__file__).parents[2] / "fmu_sources"
 

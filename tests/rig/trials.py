@@ -1,8 +1,8 @@
 """
 Trials of the diagnosis on the virtual rig: many truths and seeds, one line of JSON each.
 
-    python tests/rig/trials.py OUT.jsonl FIRST_SEED N_SEEDS [--workers N] [TRUTH ...]
-    python tests/rig/trials_table.py OUT.jsonl ...
+    python -m tests.rig.trials OUT.jsonl FIRST_SEED N_SEEDS [--workers N] [TRUTH ...]
+    python -m tests.rig.trials_table OUT.jsonl ...
 
 A truth is `none`, `none:colour`, `none:clock`, `none:plant`, an effect of the rig, or two joined by `+`; with
 `:small` behind them they leave about as much as the noise, see SMALL. All truths come with one seed, then all
@@ -28,10 +28,8 @@ from master.diagnosis.answer.verdict import subsystem, verdict
 from master.diagnosis.case.case import load_case
 from master.diagnosis.judge.diagnose import diagnose
 from master.diagnosis.replay.placed_effect import PlacedEffect
-
-sys.path.append(str(Path(__file__).parents[1]))
-from rig import SUBSYSTEM, Effects, Plant, Recorder, record
-from rig.trials_table import kinds_of, read
+from tests.rig import SUBSYSTEM, Effects, Plant, Recorder, record
+from tests.rig.trials_table import kinds_of, read
 
 CASE = Path(__file__).parents[2] / "configs" / "measured" / "docking_rig.yaml"
 SIZES = {

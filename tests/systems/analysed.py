@@ -6,8 +6,9 @@ from pathlib import Path
 from types import SimpleNamespace
 
 from master.analysis.summary import analyse
+from master.api import prepare_to_run
 from master.evaluation.metrics import compute_metrics
-from master.experiment.prepare import Request, prepare
+from master.experiment.prepare import Request
 from master.stepping.outcome import RunOptions
 from master.stepping.simulate import simulate
 
@@ -15,7 +16,7 @@ CONFIGS = Path(__file__).parents[2] / "configs"
 
 
 def prepared(name, variant=None, *assignments):
-    return prepare(CONFIGS / f"{name}.yaml", Request(variant=variant, assignments=assignments))
+    return prepare_to_run(CONFIGS / f"{name}.yaml", Request(variant=variant, assignments=assignments))
 
 
 def analysed(name, variant=None, *assignments):

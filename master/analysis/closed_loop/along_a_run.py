@@ -4,7 +4,7 @@ A system that varies with time, linearised along one of its runs.
 Each FMU answers alone: once with its inputs held at their start, and to pulses, which give its linear system,
 in each tick where it varies (`varying`). Coupled, these give the motion from the start on, and the map of the
 total state over one period (Floquet), whose multipliers tell the growth. What the motion shows is read as it
-is read of a run, by the same means and over the same time, so that the two can be held against one another.
+is read of a run, by the same means and over the same time, so that the two can be compared.
 Limits   An FMU that leaves the linear range in the run leaves the linear system; by how much is measured.
 """
 
@@ -26,8 +26,8 @@ from master.recording.recorder import Result
 from master.stepping.outcome import RunOptions
 from master.stepping.simulate import simulate
 
-from .linearise import Laboratory
-from .tick_matrix import Coupled, Part, Walk
+from .linearise import Linearisation
+from .tick_matrix import LinearPart, LinearSystem, TickPropagation
 
 Floats = NDArray[np.float64]
 Rows = Mapping[str, Floats]
@@ -36,7 +36,7 @@ SHOWN_DEPARTURE = 1e-2
 
 
 @dataclass(frozen=True)
-class Along:
+class LinearityAlongRun:
     """
     What a run shows if its FMUs are linear, from `begin` to `end` [s].
 
@@ -57,13 +57,8 @@ class Along:
     nonlinear: tuple[str, float] | None
     learners: tuple[str, ...]
 
-    @property
-    def leaves(self) -> bool:
-        """Whether the run is not that of the linear system."""
-        return self.departure > SHOWN_DEPARTURE
 
-
-def along(laboratory: Laboratory, frozen: Coupled) -> Along | None:
+def linearity_along_run(laboratory: Linearisation, frozen: LinearSystem) -> LinearityAlongRun | None:
     """
     Linearise along a run; None where no FMU varies with time, or where they step at several rates.
 
@@ -76,17 +71,14 @@ def along(laboratory: Laboratory, frozen: Coupled) -> Along | None:
     if frozen.period != 1 or not any(p != 0 for p in periods.values()):
         return None
     result = _run(laboratory)
-    held = {
-        w.target.name: w.conversion.factor * float(result[w.source.name][0]) + w.conversion.offset
-        for w in system.wires
-    }
+    held = {w.target.name: w.conversion.of(float(result[w.source.name][0])) for w in system.wires}
     questions = {
         name: replace(q, held=tuple(held[f"{name}.{v.name}"] for v in q.inputs)) for name, q in asked.items()
     }
-    return _Rig(laboratory, frozen, result, questions, periods).judged()
+    return _CoupledRun(laboratory, frozen, result, questions, periods).judged()
 
 
-def _run(laboratory: Laboratory) -> Result:
+def _run(laboratory: Linearisation) -> Result:
     e, options = laboratory.experiment, RunOptions(limits=laboratory.experiment.limits)
     outcome = simulate(e.system, e.schedule, e.grid, options=options, factory=laboratory.factory)
     if outcome.error is not None:
@@ -94,10 +86,10 @@ def _run(laboratory: Laboratory) -> Result:
     return outcome.result
 
 
-class _Motion(Walk):
+class _Motion(TickPropagation):
     """Deviations from the start in numbers; `forced` outputs stand in place of those of the linear FMUs."""
 
-    def __init__(self, coupled: Coupled, nominal: Rows, forced: Rows | None = None) -> None:
+    def __init__(self, coupled: LinearSystem, nominal: Rows, forced: Rows | None = None) -> None:
         super().__init__(coupled, np.zeros((len(coupled.owners()), 1)))
         self.nominal, self.forced = nominal, forced
         self.answers: dict[str, list[Floats]] = {name: [] for name in coupled.parts}
@@ -119,13 +111,13 @@ class _Motion(Walk):
         return self
 
 
-class _Rig:
+class _CoupledRun:
     """A run, its FMUs made linear and coupled, and what each does with its inputs held at the start."""
 
     def __init__(
         self,
-        laboratory: Laboratory,
-        frozen: Coupled,
+        laboratory: Linearisation,
+        frozen: LinearSystem,
         result: Result,
         questions: Mapping[str, Question],
         periods: Mapping[str, int | None],
@@ -140,11 +132,11 @@ class _Rig:
         parts = {name: self._part(name, part) for name, part in frozen.parts.items()}
         self.coupled = replace(frozen, system=laboratory.experiment.system, parts=parts)
 
-    def _recorded(self, part: Part) -> Floats:
+    def _recorded(self, part: LinearPart) -> Floats:
         """Outputs behind each step, shape (ticks, outputs)."""
         return np.array([self.result[name][1:] for name in part.outputs]).reshape(-1, self.ticks).T
 
-    def _part(self, name: str, part: Part) -> Part:
+    def _part(self, name: str, part: LinearPart) -> LinearPart:
         question, period, factory = self.questions[name], self.periods[name], self.laboratory.factory
         if learns(question.instance):
             inputs = self._inputs(name) + np.array(question.held)
@@ -166,12 +158,12 @@ class _Rig:
         nothing = {n: np.zeros_like(rows) for n, rows in self.moved.items()}
         return np.array(_Motion(self.frozen, nothing, self.moved).over(self.ticks).inputs[name])
 
-    def judged(self) -> Along:
+    def judged(self) -> LinearityAlongRun:
         """Read motion, growth and departure."""
         mode, reference, simulated, departure = self._motions()
         period, growths = self._growths()
         nonlinear = self._nonlinear() if departure > SHOWN_DEPARTURE else None
-        return Along(
+        return LinearityAlongRun(
             begin=float(self.result.time[0]),
             end=float(self.result.time[-1]),
             mode=mode,
@@ -185,10 +177,10 @@ class _Rig:
         )
 
     def _motions(self) -> tuple[Mode | None, Mode | None, Mode | None, float]:
-        compare = self.laboratory.experiment.config.compare
+        compare = self.laboratory.experiment.compare
         if compare is None:
             return None, None, None, 0.0
-        name, step = compare.signal.partition(".")[0], self.coupled.step_size
+        name, step = compare.signal.instance, self.coupled.step_size
         place = self.coupled.parts[name].outputs.index(compare.signal)
         answers = np.array(_Motion(self.coupled, self.nominal).over(self.ticks).answers[name])
         motion, run = np.concatenate([[0.0], answers[:, place]]), self.result[compare.signal]

@@ -16,9 +16,9 @@ from master.fmi.linearity import DeclaredLinear
 from master.fmi.values import parse
 from master.stepping.simulate import SlaveFactory, load, simulate
 from master.system.graph import Instance, System
-from master.system.grid import Grid
+from master.text.signal_name import SignalName
 
-from .tick_matrix import Coupled, Part
+from .tick_matrix import LinearPart, LinearSystem
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ class Assumption:
 
 
 @dataclass
-class Laboratory:
+class Linearisation:
     """
     Measures each FMU alone, once for each set of parameters, and couples the linear systems.
 
@@ -52,7 +52,7 @@ class Laboratory:
 
     def coupled(
         self, changes: Mapping[str, float] | None = None, extra: Mapping[str, int] | None = None
-    ) -> Coupled:
+    ) -> LinearSystem:
         """
         Give the coupled system.
 
@@ -62,8 +62,8 @@ class Laboratory:
         """
         system = changed(self.system, changes or {})
         parts = {name: self._part(system, instance) for name, instance in system.instances.items()}
-        schedule, step = self.experiment.schedule, self.experiment.config.step_size
-        return Coupled(system, schedule, parts, step, extra or {})
+        schedule, step = self.experiment.schedule, self.experiment.grid.step_size
+        return LinearSystem(system, schedule, parts, step, extra or {})
 
     def question(self, system: System, instance: Instance) -> Question:
         """Say what is asked of an FMU: its connected inputs, and the outputs that are used."""
@@ -71,7 +71,7 @@ class Laboratory:
         wires = [w for w in system.wires_into(name) if w.source.variable.kind is Kind.REAL]
         inputs = real([w.target.variable for w in wires])
         used = {w.source.variable.name for w in system.wires if w.source.instance == name}
-        used |= {s.partition(".")[2] for s in self._watched() if s.startswith(f"{name}.")}
+        used |= {SignalName(s).variable for s in self._watched() if s.startswith(f"{name}.")}
         outputs = real([v for v in description.outputs if v.name in used])
         return Question(
             instance=instance,
@@ -79,17 +79,17 @@ class Laboratory:
             starts=start_variables(description, instance.start) if outputs and not inputs else (),
             outputs=outputs,
             held=tuple(self._held[f"{name}.{v.name}"] for v in inputs),
-            step_size=self.experiment.config.step_size * instance.every,
-            t0=self.experiment.config.start_time,
+            step_size=self.experiment.grid.step_size * instance.every,
+            t0=self.experiment.grid.t0,
         )
 
-    def _part(self, system: System, instance: Instance) -> Part:
+    def _part(self, system: System, instance: Instance) -> LinearPart:
         question = self.question(system, instance)
         if question.key not in self._known:
             self._known[question.key] = realise(self._measured(question))
         groups = (question.inputs, question.outputs)
         inputs, outputs = (tuple(f"{instance.name}.{v.name}" for v in group) for group in groups)
-        return Part(self._known[question.key], inputs, outputs)
+        return LinearPart(self._known[question.key], inputs, outputs)
 
     def _measured(self, question: Question) -> Responses:
         if self.after_run and learns(question.instance):
@@ -97,20 +97,17 @@ class Laboratory:
         return measure(question, self.factory)
 
     def _watched(self) -> list[str]:
-        compare = self.experiment.config.compare
+        compare = self.experiment.compare
         if compare is None:
             return []
         return [s for s in (compare.signal, compare.reproduced, compare.reference) if s is not None]
 
     def _initial_inputs(self) -> dict[str, float]:
         """Values that the inputs have at the start of a run."""
-        system, config = self.system, self.experiment.config
-        grid = Grid(config.start_time, config.step_size, 0)
+        system = self.system
+        grid = replace(self.experiment.grid, n_ticks=0)
         start = simulate(system, self.experiment.schedule, grid, factory=self.factory).result
-        return {
-            w.target.name: w.conversion.factor * float(start[w.source.name][0]) + w.conversion.offset
-            for w in system.wires
-        }
+        return {w.target.name: w.conversion.of(float(start[w.source.name][0])) for w in system.wires}
 
 
 def frozen(system: System, *, after_run: bool) -> tuple[System, tuple[Assumption, ...]]:
@@ -143,6 +140,6 @@ def changed(system: System, changes: Mapping[str, float]) -> System:
     """Replace parameters by `instance.parameter`."""
     instances = dict(system.instances)
     for signal, value in changes.items():
-        name, _, key = signal.partition(".")
+        name, key = SignalName(signal).parts
         instances[name] = replace(instances[name], start={**instances[name].start, key: value})
     return replace(system, instances=instances)

@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eig, eigvals
 
-from master.analysis.closed_loop.tick_matrix import Coupled
+from master.analysis.closed_loop.tick_matrix import LinearSystem
 from master.analysis.state_space import StateSpace
+from master.text.signal_name import SignalName
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
@@ -64,7 +65,7 @@ class Pole:
         return 1e-9 < abs(cmath.phase(self.z)) < math.pi - 1e-9
 
 
-def poles(coupled: Coupled, signal: str | None = None, duration: float = 10.0) -> list[Pole]:
+def poles(coupled: LinearSystem, signal: str | None = None, duration: float = 10.0) -> list[Pole]:
     """Give one pole for each conjugate pair, slowest decay first; `duration` [s] is for the weights."""
     z, left, right = _eigenvectors(coupled.matrix())
     period = coupled.period * coupled.step_size
@@ -93,10 +94,10 @@ def _participation(owners: Sequence[str], left: Complexes, right: Complexes) -> 
 
 
 def _weights(
-    coupled: Coupled, signal: str | None, found: tuple[Complexes, Complexes, Complexes], duration: float
+    coupled: LinearSystem, signal: str | None, found: tuple[Complexes, Complexes, Complexes], duration: float
 ) -> list[float]:
     z, left, right = found
-    instance = "" if signal is None else signal.partition(".")[0]
+    instance = "" if signal is None else SignalName(signal).instance
     pushed = [w for w in coupled.wires if w.target.instance == instance]
     if signal is None or not pushed or coupled.period != 1:
         return [0.0] * len(z)
@@ -130,7 +131,7 @@ def nearest(system: StateSpace, step_size: float, to: Pole) -> Pole | None:
     return min(own, key=lambda p: abs(p.s - complex(to.s.real, abs(to.s.imag))), default=None)
 
 
-def growth_rate(coupled: Coupled) -> float:
+def growth_rate(coupled: LinearSystem) -> float:
     """Largest growth of any pole, log|z|/period [1/s]; above 0 the system is unstable."""
     modulus = float(np.max(np.abs(np.linalg.eigvals(coupled.matrix())), initial=0.0))
     return math.log(max(modulus, 1e-300)) / (coupled.period * coupled.step_size)

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from master.analysis.closed_loop.linearise import Laboratory
+from master.analysis.closed_loop.linearise import Linearisation
 from master.errors import ConfigError, expected
 from master.fmi.description import Kind
 from master.system.graph import System, Wire
@@ -115,7 +115,7 @@ def _unit(system: System, signal: str, faults: list[str]) -> str:
 
 
 def stability_map(
-    laboratory: Laboratory, x: Axis, y: Axis | None = None, progress: Progress = lambda: None
+    laboratory: Linearisation, x: Axis, y: Axis | None = None, progress: Progress = lambda: None
 ) -> StabilityMap:
     """Compute growth and boundary; `progress` is called for each value of x."""
     if x.wire is not None and y is not None:
@@ -137,7 +137,9 @@ def stability_map(
     return StabilityMap(x, y, growth, tuple(boundary))
 
 
-def _column(laboratory: Laboratory, fixed: Mapping[str, float], y: Axis | None) -> tuple[Floats, list[float]]:
+def _column(
+    laboratory: Linearisation, fixed: Mapping[str, float], y: Axis | None
+) -> tuple[Floats, list[float]]:
     if y is None:
         return np.array([_growth_along(laboratory, fixed, ())(0.0)]), []
     if y.wire is not None:
@@ -148,7 +150,7 @@ def _column(laboratory: Laboratory, fixed: Mapping[str, float], y: Axis | None) 
 
 
 def _delays(
-    laboratory: Laboratory, fixed: Mapping[str, float], y: Axis, wire: Wire
+    laboratory: Linearisation, fixed: Mapping[str, float], y: Axis, wire: Wire
 ) -> tuple[Floats, list[float]]:
     coupled = laboratory.coupled(fixed)
     if coupled.period != 1:
@@ -162,7 +164,7 @@ def _delays(
 
 
 def _growth_along(
-    laboratory: Laboratory, fixed: Mapping[str, float], signals: Sequence[str]
+    laboratory: Linearisation, fixed: Mapping[str, float], signals: Sequence[str]
 ) -> Callable[[float], float]:
     return lambda value: growth_rate(laboratory.coupled({**fixed, **dict.fromkeys(signals, value)}))
 

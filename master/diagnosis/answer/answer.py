@@ -8,11 +8,11 @@ from typing import Any
 
 from master.diagnosis.answer.report.page import page
 from master.diagnosis.answer.report.panels import panels
-from master.diagnosis.case.case import load_case
+from master.diagnosis.case.case import read_case
 from master.diagnosis.judge.diagnose import Diagnosis, diagnose
 from master.diagnosis.search.study import Progress
 from master.experiment.prepare import prepare
-from master.fmi.description import read_description
+from master.fmi.description_reader import read_description
 from master.recording.whole_file import write_whole
 
 from .before_after import sealed
@@ -30,7 +30,7 @@ def answer(path: Path, folder: Path, progress: Progress) -> dict[str, Any]:
         ConfigError: If the case or what it names is wrong.
         FmuError: If an FMU cannot be replayed on what was measured.
     """
-    with diagnose(load_case(path), progress) as diagnosis:
+    with diagnose(read_case(path), progress) as diagnosis:
         progress("models with effects are written")
         corrected = correct(diagnosis, folder)
         prepare(corrected.system)

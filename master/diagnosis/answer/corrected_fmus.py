@@ -9,13 +9,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from master import catalogue
 from master.diagnosis.case.cut import CutSystem
 from master.diagnosis.judge.diagnose import Diagnosis
 from master.diagnosis.replay.placed_effect import source_with
 from master.recording.whole_file import write_whole
+from master.text.signal_name import SignalName
+from master.text.yaml_lines import write_yaml
 
 FLAVOURS = ("native", "python")
 HEAD = "# {name} with what the recording asks for; written by `dockloop diagnose`.\n"
@@ -50,7 +50,7 @@ def correct(diagnosis: Diagnosis, folder: Path) -> Corrected:
                 native[fmu] = path
     path = folder / f"{diagnosis.loaded.case.name}_corrected.yaml"
     text = HEAD.format(name=diagnosis.loaded.case.name)
-    text += yaml.safe_dump(_document(diagnosis, sources, folder), sort_keys=False, default_flow_style=None)
+    text += write_yaml(_document(diagnosis, sources, folder))
     write_whole(path, text)
     return Corrected(native, (*files, path), path)
 
@@ -62,8 +62,8 @@ def corrected_values(diagnosis: Diagnosis) -> dict[str, dict[str, float]]:
         if not part.has_effect and not part.parameter_gain:
             continue
         for key, value in part.values.items():
-            fmu, _, name = key.partition(".")
-            values.setdefault(fmu, {})[name] = float(value)
+            name = SignalName(key)
+            values.setdefault(name.instance, {})[name.variable] = float(value)
     return values
 
 
@@ -80,7 +80,7 @@ def _document(diagnosis: Diagnosis, sources: Mapping[str, str], folder: Path) ->
     """The description of the system with other sources and parameters."""
     system = diagnosis.system
     case = diagnosis.loaded.case
-    data = system.config.model_dump(by_alias=True, exclude_defaults=True, mode="json")
+    data = system.config.model_dump(by_alias=True, exclude_defaults=True)
     overrides: Mapping[str, Any] = {} if case.variant is None else system.config.variants[case.variant]
     values = corrected_values(diagnosis)
     for fmu, entry in data["fmus"].items():

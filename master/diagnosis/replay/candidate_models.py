@@ -16,7 +16,8 @@ from fmu_sources.export.native import NativeBuildError
 from master import catalogue
 from master.diagnosis.case.cut import CutPart, CutSystem
 from master.errors import ConfigError
-from master.fmi.description import read_description
+from master.fmi.description_reader import read_description
+from master.text.signal_name import SignalName
 
 from .placed_effect import PlacedEffect, source_with
 from .replayer import Link, Player
@@ -38,7 +39,7 @@ def candidates(system: CutSystem, part: CutPart, asked: Mapping[str, str | list[
     for fmu in part.fmus:
         model = system.model(fmu)
         slots = system.slots(fmu)
-        chosen = {key.partition(".")[2]: v for key, v in asked.items() if key.partition(".")[0] == fmu}
+        chosen = {SignalName(k).variable: v for k, v in asked.items() if SignalName(k).instance == fmu}
         if not chosen and model is not None:
             chosen = {slot.name: "all" for slot in model.slots}
         for slot, names in chosen.items():
@@ -116,9 +117,9 @@ def links(system: CutSystem, part: CutPart, files: Mapping[str, Path]) -> list[L
     chain = []
     for fmu in part.fmus:
         description = read_description(files[fmu])
-        read = [key.partition(".")[2] for key in part.compared if key.partition(".")[0] == fmu]
-        sources = [source for wires in part.wired.values() for source in wires.values()]
-        read += [s.partition(".")[2] for s in sources if s.partition(".")[0] == fmu]
+        compared = [SignalName(key) for key in part.compared]
+        sources = [SignalName(source) for wires in part.wired.values() for source in wires.values()]
+        read = [signal.variable for signal in (*compared, *sources) if signal.instance == fmu]
         model = system.model(fmu)
         if model is not None:
             read += [n for n in model.continuous.names if n in description.by_name]

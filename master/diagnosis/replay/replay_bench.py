@@ -14,8 +14,9 @@ from master.diagnosis.case.case import Case, ReplayEntry
 from master.diagnosis.case.cut import CutPart, Values
 from master.diagnosis.data.recordings import Recording
 from master.diagnosis.numerics.arrays import Array, Mask
+from master.text.signal_name import SignalName
 
-from .replayer import Player
+from .replayer import Player, ReplayFailure
 from .start_values import Bounds, StartEstimate, by_grid, by_steps
 
 
@@ -54,7 +55,7 @@ class ReplayBench:
         self.fitted = set(recordings if fitted is None else fitted)
         self.period = next(iter(recordings.values())).period
         self.outputs = list(part.compared)
-        self.starts: Bounds = {k: v for k, v in case.starts.items() if k.partition(".")[0] in part.fmus}
+        self.starts: Bounds = {k: v for k, v in case.starts.items() if SignalName(k).instance in part.fmus}
         windows = [w for fmu, w in self.options.windows.items() if fmu in part.fmus]
         self.is_windowed = bool(windows)
         self.segments = [s for r in recordings.values() for s in _segments(r, windows)]
@@ -114,7 +115,15 @@ class ReplayBench:
         """Estimate those start values on the first part of the recording, by `fmu.variable`."""
         starts = self.starts_of(player)
         given = self._with_starts(player, values, self._fitted_segments()[0])
-        return {key: float(given[key.partition(".")[0]][key.partition(".")[2]]) for key in starts}
+        return {key: float(given[SignalName(key).instance][SignalName(key).variable]) for key in starts}
+
+    def failure(self, player: Player, values: Values) -> ReplayFailure | None:
+        """Replay all again and say what is wrong with the first segment that fails; None if none does."""
+        for s in self.segments:
+            self._play(player, self._with_starts(player, values, s), s)
+            if player.failure is not None:
+                return player.failure
+        return None
 
     def record(self, player: Player, values: Values) -> dict[str, Array]:
         """Replay everything and return all signals that the player reads, by name, shape (samples,)."""
@@ -156,7 +165,8 @@ class ReplayBench:
     def _known_starts(self, player: Player) -> list[str]:
         """Start values of the case that belong to variables of the player's FMUs."""
         variables = {link.name: link.description.by_name for link in player.chain}
-        return [k for k in self.starts if k.partition(".")[2] in variables.get(k.partition(".")[0], {})]
+        starts = [SignalName(key) for key in self.starts]
+        return [s for s in starts if s.variable in variables.get(s.instance, {})]
 
     def _with_starts(self, player: Player, values: Values, s: Segment) -> Values:
         """Values with the start values that are to be estimated and are not given."""

@@ -16,6 +16,7 @@ from fmu_sources.framework.model import Model
 from fmu_sources.framework.variables import Role
 from master.diagnosis.case.cut import CutSystem, Values
 from master.diagnosis.numerics.arrays import Array
+from master.text.signal_name import SignalName
 
 from .replay_bench import ReplayBench
 from .replayer import Player
@@ -55,7 +56,7 @@ def slot_signals(
         inputs = _inputs(bench, fmu, model, replayed)
         calls: Calls = {}
         if (model.slots and model.n_continuous) or not model.group(Role.STATE):
-            states = {k.partition(".")[2]: v for k, v in replayed.items() if k.startswith(f"{fmu}.")}
+            states = {SignalName(k).variable: v for k, v in replayed.items() if k.startswith(f"{fmu}.")}
             calls = _by_arrays(model, values[fmu], bench.times, inputs, states)
         elif model.slots:
             calls = _by_steps(model, values[fmu], bench, inputs)

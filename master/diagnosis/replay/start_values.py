@@ -10,6 +10,7 @@ from scipy.optimize import minimize_scalar
 
 from master.diagnosis.case.cut import Values
 from master.diagnosis.numerics.arrays import Array
+from master.text.signal_name import SignalName
 
 HEAD = 0.15  # share of a recording on which one start value is estimated
 N_GRID = 15  # start values tried between the bounds, before the best is refined
@@ -44,7 +45,7 @@ class StartEstimate:
         """Return the values with start values by `fmu.variable`."""
         values = {name: dict(v) for name, v in self.values.items()}
         for key, value in starts.items():
-            name, _, variable = key.partition(".")
+            name, variable = SignalName(key).parts
             values[name][variable] = value
         return values
 

@@ -16,6 +16,7 @@ from fmu_sources.effects.catalogue import constant
 from master.diagnosis.numerics.arrays import Array
 from master.diagnosis.numerics.step_answers import convolved
 from master.diagnosis.replay.placed_effect import PlacedEffect
+from master.text.signal_name import SignalName
 
 from .study import Study
 
@@ -28,7 +29,7 @@ class Injection:
     """Answers of a part's outputs to anything added in one slot (`fmu.slot`), around its base."""
 
     def __init__(self, study: Study, place: str, values: Mapping[str, float]) -> None:
-        fmu, _, slot = place.partition(".")
+        fmu, slot = SignalName(place).parts
         self.study = study
         self.offset = PlacedEffect(fmu, slot, constant().name)
         study.build([(self.offset,)])

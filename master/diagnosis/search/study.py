@@ -20,6 +20,7 @@ from master.diagnosis.replay.placed_effect import PlacedEffect
 from master.diagnosis.replay.replay_bench import ReplayBench
 from master.diagnosis.replay.slot_signals import Signals, signal_rms, slot_signals
 from master.errors import FmuError
+from master.text.signal_name import SignalName
 
 from .extended_model import ExtendedModel
 
@@ -96,7 +97,7 @@ class Study:
         self, model: ExtendedModel, values: Mapping[str, float], place: str
     ) -> Mapping[str, Array]:
         """Signals of one slot `fmu.slot` along a replay of a model with effects."""
-        fmu = place.partition(".")[0]
+        fmu = SignalName(place).instance
         player = self.pool.player(model.effects)
         return slot_signals(self.system, self.bench, player, self.values_with(values), (fmu,))[place]
 
@@ -168,7 +169,7 @@ class Study:
             here = {k: v for k, v in guess.items() if k in known}
             values = self.values_with(known | here)
             for key in bounds:
-                values[key.partition(".")[0]].pop(key.partition(".")[2], None)
+                values[SignalName(key).instance].pop(SignalName(key).variable, None)
             better.append(dict(guess) | self.bench.estimated(player, values))
         taken = {p.name for p in model.parameters}
         own = tuple(
@@ -203,7 +204,7 @@ class Study:
         rms = signal_rms(self.signals[place], len(self.measured) * self.bench.row_period)
         if np.any(self.signals[place]["value"]):
             return rms
-        fmu = place.partition(".")[0] + "."
+        fmu = SignalName(place).instance + "."
         own = [s for key, s in self.signals.items() if key.startswith(fmu) and np.any(s["value"])]
         others = [signal_rms(s, 1.0).value for s in own]
         mechanical = [signal_rms(s, 1.0).value for s in own if "velocity" in s]
@@ -249,9 +250,11 @@ def begin(
     precision = Precision(OF_BASE.evaluations, QUICK.tolerance)
     first = first_study.fitted(ExtendedModel(), [{}, *others], precision)
     if not np.isfinite(first.predicted[bench.in_use]).all():
+        failure = bench.failure(pool.player(()), first_study.values_with(first.values))
         row = int(np.flatnonzero(~np.isfinite(first.predicted).all(axis=1))[0])
-        said = pool.player(()).last_message() or "no message"
-        raise FmuError(bench.part.fmus[0], f"the replay ends at row {row}: {said}")
+        if failure is None:
+            raise FmuError(bench.part.fmus[0], f"the replay is not finite at row {row}")
+        raise FmuError(failure.instance, f"the replay ends at row {row}: {failure}", status=failure.status)
     left = np.sqrt(np.nanmean((first.predicted - measured)[fit_rows] ** 2, axis=0))
     scaled = replace(
         first_study,
@@ -266,7 +269,7 @@ def base_parameters(case: Case, system: CutSystem, fmus: Sequence[str]) -> tuple
     """Parameters that the case allows to refit, from the values of the system."""
     parameters = []
     for key, entry in case.refit.items():
-        fmu, _, variable = key.partition(".")
+        fmu, variable = SignalName(key).parts
         if fmu in fmus:
             value = system.values[fmu].get(variable, system.descriptions[fmu].by_name[variable].start or 0.0)
             at = float(min(max(float(value), entry.low), entry.high))
@@ -279,6 +282,6 @@ def merged(values: Values, given: Mapping[str, float]) -> Values:
     """Return values by FMU with others, by `fmu.variable`, in their place."""
     result = {name: dict(v) for name, v in values.items()}
     for key, value in given.items():
-        fmu, _, variable = key.partition(".")
+        fmu, variable = SignalName(key).parts
         result[fmu][variable] = value
     return result

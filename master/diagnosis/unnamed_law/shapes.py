@@ -21,6 +21,7 @@ from master.diagnosis.numerics.arrays import Array
 from master.diagnosis.numerics.memory import lagged, plays
 from master.diagnosis.replay.placed_effect import PlacedEffect, fixed_values
 from master.diagnosis.search.study import Study
+from master.text.signal_name import SignalName
 
 MECHANICAL = (
     *(("position", "velocity"), ("position", "sign"), ("velocity", "position")),
@@ -70,7 +71,7 @@ def laws(study: Study, places: Sequence[str]) -> list[list[Law]]:
     """Laws that fit the slots (`fmu.slot`); variants of one law that differ in a period form one list."""
     groups = []
     for key in places:
-        fmu, _, name = key.partition(".")
+        fmu, name = SignalName(key).parts
         slot = study.system.slots(fmu)[name]
         pairs = MECHANICAL if place(slot) is Place.MECHANICAL else SIGNAL
         known = {*roles(slot), "value", "memory", "time", "cycle"}

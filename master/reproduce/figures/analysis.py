@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from master.analysis.closed_loop.linearise import Laboratory
+from master.analysis.closed_loop.linearise import Linearisation
 from master.analysis.measures.sweep import parse_axis, stability_map
 from master.reproduce.claims.methods import drag_run
 from master.reproduce.facts.cases import EXACT, LINEAR, run_of
@@ -95,7 +95,7 @@ _MAPS = (
 def _maps(recordings: Recordings) -> Sequence[Panel]:
     panels = []
     for title, x_text, y_text, y_label in _MAPS:
-        laboratory = Laboratory(experiment_of(_LOOP))
+        laboratory = Linearisation(experiment_of(_LOOP))
         x, y = (parse_axis(text, laboratory.system) for text in (x_text, y_text))
         points = np.array(sorted(stability_map(laboratory, x, y).boundary))
         limit = Curve("boundary: unstable above", points[:, 0], 1e3 * points[:, 1])

@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eig
 
-from master.analysis.closed_loop.linearise import Laboratory
-from master.analysis.closed_loop.tick_matrix import Coupled
+from master.analysis.closed_loop.linearise import Linearisation
+from master.analysis.closed_loop.tick_matrix import LinearSystem
 from master.analysis.measures.poles import Pole, dominant, growth_rate, nearest, poles
 from master.experiment.experiment import Experiment
 from master.fmi.units import conversion
@@ -64,18 +64,18 @@ def _key(experiment: Experiment) -> Any:
         for key, value in instance.start.items()
         if key not in ("seed", "sigma")
     }
-    return experiment.config.name, experiment.schedule.groups, tuple(sorted(values.items()))
+    return experiment.name, experiment.schedule.members, tuple(sorted(values.items()))
 
 
 @lru_cache(maxsize=64)
 def _judged(key: Any) -> Judged:
     experiment = _KEYS[key]
-    coupled = Laboratory(experiment).coupled()
-    compare = experiment.config.compare
+    coupled = Linearisation(experiment).coupled()
+    compare = experiment.compare
     best = dominant(poles(coupled, None if compare is None else compare.signal))
     reference = None
     if best is not None and compare is not None and compare.reference is not None:
-        name = compare.reference.partition(".")[0]
+        name = compare.reference.instance
         reference = nearest(coupled.parts[name].system, coupled.step_size, best)
     return Judged(best, reference, growth_rate(coupled))
 
@@ -94,11 +94,11 @@ def driven(experiment: Experiment) -> Experiment:
 
 def planes(experiment: Experiment) -> tuple[Plane, Plane]:
     """Give poles and zeros of the real docking, and of the loop."""
-    coupled = Laboratory(driven(experiment)).coupled()
+    coupled = Linearisation(driven(experiment)).coupled()
     return _ideal(coupled), _loop(coupled)
 
 
-def _ideal(coupled: Coupled) -> Plane:
+def _ideal(coupled: LinearSystem) -> Plane:
     part = coupled.parts["ideal"]
     system, row = part.system, part.outputs.index("ideal.s")
     column = part.inputs.index("ideal.v")
@@ -106,10 +106,10 @@ def _ideal(coupled: Coupled) -> Plane:
     return _plane(np.linalg.eigvals(system.A), _zeros(system.A, B, C, D), coupled.step_size)
 
 
-def without_ideal(coupled: Coupled) -> Coupled:
+def without_ideal(coupled: LinearSystem) -> LinearSystem:
     """Leave the real docking out, which stands beside the loop."""
     system, schedule = coupled.system, coupled.schedule
-    groups = tuple(g for g in schedule.groups if g != ("ideal",))
+    groups = tuple(g for g in schedule.groups if g.members != ("ideal",))
     instances = {name: i for name, i in system.instances.items() if name != "ideal"}
     wires = tuple(w for w in system.wires if w.target.instance != "ideal")
     return replace(
@@ -120,7 +120,7 @@ def without_ideal(coupled: Coupled) -> Coupled:
     )
 
 
-def _loop(coupled: Coupled) -> Plane:
+def _loop(coupled: LinearSystem) -> Plane:
     coupled = without_ideal(coupled)
     wires = {w.target.name: w for w in coupled.wires}
     loop = coupled.opened(wires["contact.v"], cut=True)
@@ -160,7 +160,7 @@ def cancellation(experiment: Experiment) -> float:
 
 @lru_cache(maxsize=64)
 def _cancellation(key: Any) -> float:
-    coupled = Laboratory(driven(_KEYS[key])).coupled()
+    coupled = Linearisation(driven(_KEYS[key])).coupled()
     alone = np.linalg.eigvals(coupled.parts["motion_simulator"].system.A)
     s = _continuous(alone[np.abs(alone) > _SLOWEST_DELAY], coupled.step_size)
     loop = _loop(coupled)

@@ -2,7 +2,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from made import OFF, T, make, parameters, step
 from scipy.signal import lfilter
 
 from fmu_sources.compensator.difference import process_parameters
@@ -11,6 +10,7 @@ from fmu_sources.compensator.identifiers.framework import recursion
 from fmu_sources.compensator.identifiers.framework.catalogue import IdentifierChoice as Identifier
 from fmu_sources.compensator.tuning import F, L, Preset, low_pass, prefilter_share
 from fmu_sources.framework.arithmetic import PYTHON
+from tests.fmu_sources.compensator.made import OFF, T, make, parameters, step
 
 ROWS, COLUMNS = np.triu_indices(5)
 

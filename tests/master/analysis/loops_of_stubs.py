@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from stubs import METRE, NEWTON, Block, variables
-
-from master.analysis.closed_loop.linearise import Laboratory
+from master.analysis.closed_loop.linearise import Linearisation
 from master.experiment.experiment import Experiment
+from tests.stubs import METRE, NEWTON, Block, variables
 
 STEP = 1e-3
 
@@ -27,4 +26,4 @@ def mass(m=1.0):
 
 def laboratory_of(stubs):
     experiment = Experiment(stubs.loaded.config, None, stubs.system, stubs.schedule)
-    return Laboratory(experiment, stubs.factory)
+    return Linearisation(experiment, stubs.factory)

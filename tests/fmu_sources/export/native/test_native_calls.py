@@ -6,10 +6,10 @@ import math
 import random
 
 import pytest
-from native_library import GUID, Fmu, Fmu3
-from native_model import MODEL
 
 from fmu_sources.framework.instance import Instance, ModelError
+from tests.fmu_sources.export.native.native_library import GUID, Fmu, Fmu3
+from tests.fmu_sources.export.native.native_model import MODEL
 
 OK, ERROR = 0, 3
 UNSUPPORTED = (

@@ -9,12 +9,12 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from native_library import VERSIONS, Fmu
-from native_model import MODEL
 
 from fmu_sources.composed import registry
 from fmu_sources.framework.instance import Instance, ModelError
 from fmu_sources.framework.model import Model
+from tests.fmu_sources.export.native.native_library import VERSIONS, Fmu
+from tests.fmu_sources.export.native.native_model import MODEL
 
 OK, ERROR = 0, 3
 CONTACT = registry.load("docking_contact")  # without a sampling period: its steps may have any length
