@@ -11,7 +11,7 @@ import numpy as np
 from master import catalogue
 from master.analysis.design.plant import AXES, CONFIGURED, TABULATED, Fit, fit, judge
 from master.analysis.design.plant import linearise as realised
-from master.fmi.description import read_description
+from master.fmi.description_reader import read_description
 
 from .common import FLAVOUR, JSON, answers_errors, print_json, show_building
 

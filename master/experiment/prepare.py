@@ -13,7 +13,8 @@ from master import catalogue
 from master.coupling.methods.method import Method
 from master.coupling.schedule import Schedule, make_schedule
 from master.errors import ConfigError, Problem, nearest
-from master.fmi.description import Description, read_description
+from master.fmi.description import Description
+from master.fmi.description_reader import read_description
 from master.ssp.reader import SUFFIXES, read_ssp
 from master.system.config import UNKNOWN_SOURCE, LoadedConfig, read_config, with_times
 from master.system.graph import Descriptions, System, join

@@ -50,13 +50,13 @@ def panels(diagnosis: Diagnosis, sealed: Mapping[str, SealedPart], folder: Path)
 def _panels(
     diagnosis: Diagnosis, part: PartResult, sealed: Mapping[str, SealedPart], folder: Path
 ) -> list[Panel]:
-    name = part.study.bench.part.name
+    name = part.name
     figures = [("sealed", compared(diagnosis.system, sealed[name]), SEALED)]
     if not part.is_exact:
         figures.append(("residual", residual(part), RESIDUAL))
-    if part.found is not None and any(step.ranked for step in part.found.rounds):
-        figures.append(("rivals", rivals(part.found), RIVALS))
-    if part.learned is not None and part.learned.extended.added == part.chosen.added:
+    if part.search is not None and any(step.ranked for step in part.search.rounds):
+        figures.append(("rivals", rivals(part.search), RIVALS))
+    if part.learned is not None and part.learned.model.effects == part.chosen.effects:
         figures.append(("learned", law(part), f"The law that was learned: {part.learned.shape}."))
     stem = name.replace(" and ", "_")
     return [Panel(name, save(f, folder / f"{stem}_{kind}.png"), text) for kind, f, text in figures]

@@ -33,7 +33,7 @@ def residual(part: PartResult) -> Figure:
     slot = _slot(part)
     figure = new_figure(HEIGHT + (HEIGHT_OF_MAP if slot else 0.0))
     rows: Any = figure.subfigures(3 if slot else 2, 1)
-    key = study.bench.outputs[worst]
+    key = part.outputs[worst]
     unit = unit_of(study.system, key)
     _time(rows[0], part, left, f"{key.partition('.')[2]}: residual [{unit}]")
     axes: Any = rows[1].subplots(1, 2, width_ratios=(1, 1))
@@ -46,20 +46,18 @@ def residual(part: PartResult) -> Figure:
 
 def _time(figure: Any, part: PartResult, left: dict[str, Array], name: str) -> None:
     ax: Any = figure.subplots()
-    rows = part.study.bench.in_use
-    t = np.asarray(np.flatnonzero(rows) * part.study.bench.row_period, dtype=float)
+    rows = part.in_use
+    t = np.asarray(np.flatnonzero(rows) * part.row_period, dtype=float)
     draw(ax, t, {k: v[rows] for k, v in left.items()})
     ax.set(xlabel="time [s]", ylabel=name)
     legend(figure, ax)
 
 
 def _spectrum(ax: Any, part: PartResult, left: dict[str, Array], unit: str) -> None:
-    rows = part.study.bench.in_use
+    rows = part.in_use
     for name, values in left.items():
         own = np.nan_to_num(values[rows])
-        f, power = welch(
-            own, 1.0 / part.study.bench.row_period, nperseg=min(SEGMENT, max(8, len(own) // SEGMENTS))
-        )
+        f, power = welch(own, 1.0 / part.row_period, nperseg=min(SEGMENT, max(8, len(own) // SEGMENTS)))
         ax.loglog(f[1:], np.sqrt(power[1:]), color=COLOURS[name], linewidth=0.9)
     ax.grid(alpha=0.3)
     ax.set(xlabel="frequency [Hz]", ylabel=f"amplitude density [{unit}/sqrt(Hz)]")
@@ -81,8 +79,8 @@ def _correlations(ax: Any, part: PartResult) -> None:
 def _slot(part: PartResult) -> str | None:
     """Slot of the effect, else the first, that has a signal to draw the map over."""
     signals = part.study.signals
-    wanted = [f"{a.fmu}.{a.slot}" for a in part.chosen.added]
-    return next((s for s in (*wanted, *signals) if s in signals and len(_axes(signals[s])) == 2), None)
+    places = [e.place for e in part.chosen.effects]
+    return next((s for s in (*places, *signals) if s in signals and len(_axes(signals[s])) == 2), None)
 
 
 def _axes(signals: dict[str, Array]) -> list[str]:
@@ -93,7 +91,7 @@ def _maps(figure: Any, part: PartResult, left: dict[str, Array], slot: str, unit
     study = part.study
     first, second = _axes(study.signals[slot])
     x, y = (study.bench.compared_rows(study.signals[slot][r]) for r in (first, second))
-    rows = study.bench.in_use
+    rows = part.in_use
     every = max(1, int(rows.sum()) // MOST_POINTS)
     limit = float(np.nanpercentile(np.abs(left[BEFORE][rows]), LIMIT)) or 1.0
     axes: Any = figure.subplots(1, 2, sharex=True, sharey=True)
