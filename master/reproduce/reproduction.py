@@ -10,9 +10,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from master.pages.picture import save
 from master.reproduce.claims.claim import Claim, Row, judge, wishes
-from master.reproduce.figures.plot import Figure
-from master.reproduce.figures.png import save
+from master.reproduce.figures.figure import Figure
 from master.reproduce.figures.registry import FIGURES
 from master.reproduce.measures.pool import Recordings, build_fmus, merged, perform_all
 
@@ -57,14 +57,14 @@ def reproduce(folder: Path, stage: Stage, say: Callable[[str], None]) -> Reprodu
         recordings = perform_all(wanted, stage("runs of the FMUs", len(wanted)))
     judged = [(claim, judge(claim, recordings)) for claim in CLAIMS]
     drawing = stage("figures", len(FIGURES) + 1)
-    panels = {}
+    charts = {}
     (folder / "figures").mkdir(parents=True, exist_ok=True)
     pictures = {}
     for figure in FIGURES:
-        panels[figure.id] = figure.draw(recordings)
-        pictures[figure.id] = str(save(_title(figure), panels[figure.id], folder / "figures" / _name(figure)))
+        charts[figure.id] = figure.draw(recordings)
+        pictures[figure.id] = str(save(_title(figure), charts[figure.id], folder / "figures" / _name(figure)))
         drawing(1)
-    content = Content(panels, judged, orders.compare())
+    content = Content(charts, judged, orders.compare())
     drawing(1)
     rows = [row for _, rows in judged for row in rows]
     files = {"page": str(write_page(content, folder / "index.html")), "figures": pictures}

@@ -36,14 +36,16 @@ class Ordered:
     One class of orders.
 
     `late` names the connections whose value is one step old, `loop_steps` the steps around the force loop,
-    `zeta` the damping ratio without and with compensation (None: no oscillating pole).
+    `zeta_none` and `zeta_compensated` the damping ratio without and with compensation (None: no oscillating
+    pole).
     """
 
     name: str
     count: int
     late: tuple[str, ...]
     loop_steps: float
-    zeta: tuple[float | None, float | None]
+    zeta_none: float | None
+    zeta_compensated: float | None
     zeta_ideal: float
 
 
@@ -55,7 +57,7 @@ def compare(case: str = "S1") -> list[Ordered]:
     found = []
     for name, count, order in _orders(experiments[0]):
         schedule = make_schedule(experiments[0].system, order, "order")
-        found.append(_ordered((name, count), experiments[0], loops, schedule))
+        found.append(_ordered(name, count, experiments[0], loops, schedule))
     return found
 
 
@@ -75,18 +77,25 @@ def _orders(experiment: Experiment) -> list[tuple[str, int, list[str | list[str]
 
 
 def _ordered(
-    named: tuple[str, int], experiment: Experiment, loops: Sequence[Coupled], schedule: Schedule
+    name: str, count: int, experiment: Experiment, loops: Sequence[Coupled], schedule: Schedule
 ) -> Ordered:
     ledger = make_ledger(experiment.system, schedule, experiment.config.step_size)
     late = tuple(f"{e.source} -> {e.target}" for e in ledger.entries if e.mean > 0.0)
     force = [loop for loop in ledger.loops if set(_FORCE_PATH) <= set(loop.path)]
     signal = None if schedule.iterations else "spacecraft.s_des"
     stepped = [without_ideal(replace(loop, schedule=schedule)) for loop in loops]
-    found = [dominant(poles(loop, signal)) for loop in stepped]
+    without, compensated = (dominant(poles(loop, signal)) for loop in stepped)
     ideal = dominant([Pole(complex(z), loops[0].step_size) for z in _ideal(loops[0])])
     assert ideal is not None
-    zeta = [None if p is None else p.zeta for p in found]
-    return Ordered(*named, late, min(loop.steps for loop in force), (zeta[0], zeta[1]), ideal.zeta)
+    return Ordered(
+        name=name,
+        count=count,
+        late=late,
+        loop_steps=min(loop.steps for loop in force),
+        zeta_none=None if without is None else without.zeta,
+        zeta_compensated=None if compensated is None else compensated.zeta,
+        zeta_ideal=ideal.zeta,
+    )
 
 
 def _ideal(coupled: Coupled) -> Sequence[complex]:

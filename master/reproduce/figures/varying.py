@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from master.pages.chart import Chart
 from master.reproduce.claims.identification import varying
 from master.reproduce.measures.runs import Run
 
 from .drawing import S_ACT, S_IDEAL, TIME, Draw, Recordings, curve, displacement, theory
-from .plot import Figure, Panel
+from .figure import Figure
 
 _SWING = 8e4
 _CD = ("compensator.c", "compensator.d")
@@ -21,10 +22,10 @@ _RLS_RUNS = [
 
 
 def _tracked(run: Run, limits: tuple[float, float] | None) -> Draw:
-    def draw(recordings: Recordings) -> Sequence[Panel]:
+    def draw(recordings: Recordings) -> Sequence[Chart]:
         found = recordings[run]
         return [
-            Panel(
+            Chart(
                 name,
                 TIME,
                 "parameter [N/m]",
