@@ -7,14 +7,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from master.analysis.closed_loop.along_a_run import Along, along
-from master.analysis.closed_loop.linearise import Assumption, Laboratory
+from master.analysis.closed_loop.along_a_run import LinearityAlongRun, along
+from master.analysis.closed_loop.linearise import Assumption, Linearisation
 from master.analysis.closed_loop.tick_matrix import Coupled
 from master.analysis.measures.margins import Margin, margins
 from master.analysis.measures.poles import Pole, dominant, growth_rate, nearest, poles
 from master.evaluation.modes import Mode
-from master.experiment.experiment import Experiment
-from master.stepping.simulate import SlaveFactory, load
 
 SHOWN_MISFIT = 1e-5
 SHOWN_CURVATURE = 1e-3
@@ -36,7 +34,7 @@ class Analysis:
     reference: Pole | None
     growth_rate: float
     margins: tuple[Margin, ...]
-    along: Along | None = None
+    along: LinearityAlongRun | None = None
 
     @property
     def stable(self) -> bool:
@@ -84,20 +82,14 @@ class Analysis:
         }
 
 
-def analyse(experiment: Experiment, factory: SlaveFactory = load) -> Analysis:
+def judge(coupled: Coupled, linearisation: Linearisation) -> Analysis:
     """
-    Linearise, couple and judge a system.
+    Find poles and margins of a coupled system.
 
     Raises:
-        FmuError: If an FMU fails, or cannot save its state.
+        FmuError: If an FMU fails in a run, or cannot save its state.
     """
-    laboratory = Laboratory(experiment, factory, after_run=True)
-    return judge(laboratory.coupled(), laboratory)
-
-
-def judge(coupled: Coupled, laboratory: Laboratory) -> Analysis:
-    """Find poles and margins of a coupled system."""
-    config = laboratory.experiment.config
+    config = linearisation.experiment.config
     compare = config.compare
     signal = None if compare is None else compare.signal
     found = poles(coupled, signal, config.stop_time - config.start_time)
@@ -109,17 +101,17 @@ def judge(coupled: Coupled, laboratory: Laboratory) -> Analysis:
         reference = nearest(coupled.parts[name].system, period, best)
     frozen = Analysis(
         coupled=coupled,
-        assumptions=laboratory.assumptions,
+        assumptions=linearisation.assumptions,
         poles=tuple(found),
         dominant=best,
         reference=reference,
         growth_rate=growth_rate(coupled),
         margins=tuple(margins(coupled)),
     )
-    return _along_its_run(frozen, along(laboratory, coupled) if laboratory.after_run else None)
+    return _along_its_run(frozen, along(linearisation, coupled) if linearisation.after_run else None)
 
 
-def _along_its_run(frozen: Analysis, found: Along | None) -> Analysis:
+def _along_its_run(frozen: Analysis, found: LinearityAlongRun | None) -> Analysis:
     if found is None:
         return frozen
     step = frozen.coupled.step_size
@@ -139,7 +131,7 @@ def _shown(mode: Mode | None, step: float, frozen: Pole | None) -> Pole | None:
     return Pole(cmath.exp(mode.pole * step), step, () if frozen is None else frozen.parts)
 
 
-def _along_notes(found: Along) -> list[str]:
+def _along_notes(found: LinearityAlongRun) -> list[str]:
     notes = [
         "the system varies with time: zeta of the dominant pole and of the reference is what the linear "
         f"system shows from {found.begin:g} to {found.end:g} s; "
@@ -162,7 +154,7 @@ def _along_notes(found: Along) -> list[str]:
     return notes
 
 
-def _along_dict(found: Along) -> dict[str, Any]:
+def _along_dict(found: LinearityAlongRun) -> dict[str, Any]:
     modes = {"linear": found.mode, "reference": found.reference, "run": found.simulated}
     return {
         "begin": found.begin,

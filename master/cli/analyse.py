@@ -8,11 +8,12 @@ from typing import Any
 import click
 from rich.progress import Progress
 
-from master.analysis.closed_loop.linearise import Laboratory
+from master.analysis.closed_loop.linearise import Linearisation
 from master.analysis.measures.map_plot import plot_map
 from master.analysis.measures.sweep import StabilityMap, parse_axis, stability_map
 from master.analysis.measures.zeros import zeros
 from master.analysis.summary import judge, lines, pole_dict
+from master.docking.conventions import CONVENTIONS
 from master.errors import ConfigError, expected
 from master.experiment.experiment import Experiment
 from master.experiment.prepare import Request, prepare
@@ -54,21 +55,21 @@ def analyse(
     experiment = prepare(config, request, show_building)
     if len(sweeps) > 2:
         raise ConfigError([f"--sweep: too many, got {len(sweeps)}, expected one or two"])
-    laboratory = Laboratory(experiment, after_run=True)
+    linearisation = Linearisation(experiment, CONVENTIONS, after_run=True)
     title = " / ".join(filter(None, (experiment.config.name, request.variant)))
     answer: dict[str, Any] = {"name": experiment.config.name, "variant": request.variant}
     if sweeps:
         folder = output or Path("results") / experiment.config.name / (request.variant or "default")
-        found = _sweep(laboratory, sweeps)
+        found = _sweep(linearisation, sweeps)
         folder.mkdir(parents=True, exist_ok=True)
         answer |= _map_dict(found) | {"plot": str(plot_map(found, title, folder / "stability.png"))}
         text = _map_lines(answer)
     else:
-        analysis = judge(laboratory.coupled(), laboratory)
+        analysis = judge(linearisation.coupled(), linearisation)
         answer |= analysis.as_dict()
         text = lines(analysis)
         if pair is not None:
-            answer["zeros"] = _zeros(laboratory, experiment, pair)
+            answer["zeros"] = _zeros(linearisation, experiment, pair)
             text += ["", "zeros", *(f"  {z['frequency']:>10.4f}{z['zeta']:>12.6f}" for z in answer["zeros"])]
     if as_json:
         print_json(answer)
@@ -76,13 +77,13 @@ def analyse(
     click.echo("\n".join([title, *text]))
 
 
-def _sweep(laboratory: Laboratory, sweeps: tuple[str, ...]) -> StabilityMap:
-    x, *more = [parse_axis(text, laboratory.system) for text in sweeps]
+def _sweep(linearisation: Linearisation, sweeps: tuple[str, ...]) -> StabilityMap:
+    x, *more = [parse_axis(text, linearisation.system) for text in sweeps]
     y = more[0] if more else None
     total = len(x.values) if x.wire is None or y is None else len(y.values)
     with Progress(console=STDERR, transient=True) as bar:
         task = bar.add_task("sweeping", total=total)
-        return stability_map(laboratory, x, y, lambda: bar.advance(task))
+        return stability_map(linearisation, x, y, lambda: bar.advance(task))
 
 
 def _map_dict(found: StabilityMap) -> dict[str, Any]:
@@ -106,8 +107,8 @@ def _map_lines(answer: dict[str, Any]) -> list[str]:
     return [*rows, f"  {answer['plot']}"]
 
 
-def _zeros(laboratory: Laboratory, experiment: Experiment, pair: str) -> list[dict[str, Any]]:
-    coupled = laboratory.coupled()
+def _zeros(linearisation: Linearisation, experiment: Experiment, pair: str) -> list[dict[str, Any]]:
+    coupled = linearisation.coupled()
     source, colon, signal = pair.partition(":")
     wires = {w.target.name: w for w in coupled.wires}
     outputs = [name for part in coupled.parts.values() for name in part.outputs]

@@ -9,8 +9,8 @@ import click
 import numpy as np
 
 from master import catalogue
-from master.analysis.design.plant import AXES, CONFIGURED, TABULATED, Fit, fit, judge
-from master.analysis.design.plant import linearise as realised
+from master.docking.plant import AXES, CONFIGURED, TABULATED, Fit, fit, judge
+from master.docking.plant import linearise as realised
 from master.fmi.description import read_description
 
 from .common import FLAVOUR, JSON, answers_errors, print_json, show_building

@@ -61,7 +61,7 @@ def prepare(
 
 def _with_phase_lead(experiment: Experiment, overridden: set[str]) -> Experiment:
     """Design the phase lead, unless it is switched off or set by hand."""
-    from master.analysis.design.phase_lead import designed
+    from master.docking.phase_lead import designed
 
     return designed(experiment, overridden)
 

@@ -87,7 +87,7 @@ def _name(figure: Figure) -> str:
 
 @contextmanager
 def _one_thread_each() -> Iterator[None]:
-    """Let each process of the pool compute with one thread: two times two threads only hinder one another."""
+    """Let each process of the pool compute with one thread: more than processors only hinder one another."""
     before = {name: os.environ.get(name) for name in _THREADS}
     os.environ.update(dict.fromkeys(_THREADS, "1"))
     try:

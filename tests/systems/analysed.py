@@ -5,7 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 from types import SimpleNamespace
 
-from master.analysis.summary import analyse
+from master.analysis.closed_loop.linearise import Linearisation
+from master.analysis.summary import judge
+from master.docking.conventions import CONVENTIONS
 from master.evaluation.metrics import compute_metrics
 from master.experiment.prepare import Request, prepare
 from master.stepping.outcome import RunOptions
@@ -19,7 +21,8 @@ def prepared(name, variant=None, *assignments):
 
 
 def analysed(name, variant=None, *assignments):
-    return analyse(prepared(name, variant, *assignments))
+    linearisation = Linearisation(prepared(name, variant, *assignments), CONVENTIONS, after_run=True)
+    return judge(linearisation.coupled(), linearisation)
 
 
 def simulated(name, variant=None, *assignments):

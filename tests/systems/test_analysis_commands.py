@@ -11,8 +11,8 @@ import pytest
 from analysed import CONFIGS, prepared
 from click.testing import CliRunner
 
-from master.analysis.design.phase_lead import design
 from master.cli import main
+from master.docking.phase_lead import design
 from master.errors import ConfigError
 from master.experiment.prepare import Request, prepare
 from master.system.config import PhaseLead

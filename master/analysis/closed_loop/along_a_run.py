@@ -18,7 +18,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from master.analysis.identify.history import AGES
-from master.analysis.identify.online_identifiers import holding, learns
 from master.analysis.identify.responses import Question
 from master.analysis.identify.varying import alone, answer, measure_learning, measure_through_time, period_of
 from master.evaluation.modes import Mode, dominant_mode
@@ -26,7 +25,7 @@ from master.recording.recorder import Result
 from master.stepping.outcome import RunOptions
 from master.stepping.simulate import simulate
 
-from .linearise import Laboratory
+from .linearise import Linearisation
 from .tick_matrix import Coupled, Part, Walk
 
 Floats = NDArray[np.float64]
@@ -36,7 +35,7 @@ SHOWN_DEPARTURE = 1e-2
 
 
 @dataclass(frozen=True)
-class Along:
+class LinearityAlongRun:
     """
     What a run shows if its FMUs are linear, from `begin` to `end` [s].
 
@@ -57,13 +56,8 @@ class Along:
     nonlinear: tuple[str, float] | None
     learners: tuple[str, ...]
 
-    @property
-    def leaves(self) -> bool:
-        """Whether the run is not that of the linear system."""
-        return self.departure > SHOWN_DEPARTURE
 
-
-def along(laboratory: Laboratory, frozen: Coupled) -> Along | None:
+def along(laboratory: Linearisation, frozen: Coupled) -> LinearityAlongRun | None:
     """
     Linearise along a run; None where no FMU varies with time, or where they step at several rates.
 
@@ -72,7 +66,8 @@ def along(laboratory: Laboratory, frozen: Coupled) -> Along | None:
     """
     system = laboratory.experiment.system
     asked = {name: laboratory.question(system, instance) for name, instance in system.instances.items()}
-    periods = {name: period_of(question) if question.inputs else 0 for name, question in asked.items()}
+    varying = laboratory.conventions.varying
+    periods = {name: period_of(q, varying) if q.inputs else 0 for name, q in asked.items()}
     if frozen.period != 1 or not any(p != 0 for p in periods.values()):
         return None
     result = _run(laboratory)
@@ -86,7 +81,7 @@ def along(laboratory: Laboratory, frozen: Coupled) -> Along | None:
     return _Rig(laboratory, frozen, result, questions, periods).judged()
 
 
-def _run(laboratory: Laboratory) -> Result:
+def _run(laboratory: Linearisation) -> Result:
     e, options = laboratory.experiment, RunOptions(limits=laboratory.experiment.limits)
     outcome = simulate(e.system, e.schedule, e.grid, options=options, factory=laboratory.factory)
     if outcome.error is not None:
@@ -124,7 +119,7 @@ class _Rig:
 
     def __init__(
         self,
-        laboratory: Laboratory,
+        laboratory: Linearisation,
         frozen: Coupled,
         result: Result,
         questions: Mapping[str, Question],
@@ -146,14 +141,15 @@ class _Rig:
 
     def _part(self, name: str, part: Part) -> Part:
         question, period, factory = self.questions[name], self.periods[name], self.laboratory.factory
-        if learns(question.instance):
+        conventions = self.laboratory.conventions
+        if conventions.learning is not None and conventions.learns(question.instance):
             inputs = self._inputs(name) + np.array(question.held)
-            if systems := measure_learning(question, factory, inputs):
+            if systems := measure_learning(question, conventions.learning, factory, inputs):
                 self.learners.append(name)
                 start = self.start[name]
                 self.nominal[name] = answer(systems, np.array(question.held), start) - start
                 return replace(part, system=systems[0], systems=systems)
-            question = replace(question, instance=holding(question.instance))
+            question = replace(question, instance=conventions.holding(question.instance))
         self.nominal[name] = alone(question, factory, self.ticks) - self.start[name]
         if period != 0:
             ticks = self.ticks if period is None else period + AGES
@@ -166,12 +162,12 @@ class _Rig:
         nothing = {n: np.zeros_like(rows) for n, rows in self.moved.items()}
         return np.array(_Motion(self.frozen, nothing, self.moved).over(self.ticks).inputs[name])
 
-    def judged(self) -> Along:
+    def judged(self) -> LinearityAlongRun:
         """Read motion, growth and departure."""
         mode, reference, simulated, departure = self._motions()
         period, growths = self._growths()
         nonlinear = self._nonlinear() if departure > SHOWN_DEPARTURE else None
-        return Along(
+        return LinearityAlongRun(
             begin=float(self.result.time[0]),
             end=float(self.result.time[-1]),
             mode=mode,

@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from master.analysis.identify.online_identifiers import HOLD, REASON, learns, measure_learned
+from master.analysis.conventions import Conventions
+from master.analysis.identify.online_identifiers import measure_learned
 from master.analysis.identify.realisation import realise
 from master.analysis.identify.responses import Question, Responses, measure, real, start_variables
 from master.analysis.state_space import StateSpace
@@ -19,11 +20,6 @@ from master.system.grid import Grid
 
 from .tick_matrix import Coupled, Part
 
-FROZEN = (
-    ("identifier", "fixed", "identification is not linear: its process parameters are the assumed ones"),
-    ("k_p_amplitude", 0.0, "a stiffness that varies with time stands at its mean"),
-)
-
 
 @dataclass(frozen=True)
 class Assumption:
@@ -35,7 +31,7 @@ class Assumption:
 
 
 @dataclass
-class Laboratory:
+class Linearisation:
     """
     Measures each FMU alone, once for each set of parameters, and couples the linear systems.
 
@@ -43,6 +39,7 @@ class Laboratory:
     """
 
     experiment: Experiment
+    conventions: Conventions
     factory: SlaveFactory = load
     after_run: bool = False
     system: System = field(init=False)
@@ -51,7 +48,9 @@ class Laboratory:
     _held: dict[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        self.system, self.assumptions = frozen(self.experiment.system, after_run=self.after_run)
+        self.system, self.assumptions = frozen(
+            self.experiment.system, self.conventions, after_run=self.after_run
+        )
         self._held = self._initial_inputs()
 
     def coupled(
@@ -96,8 +95,9 @@ class Laboratory:
         return Part(self._known[question.key], inputs, outputs)
 
     def _measured(self, question: Question) -> Responses:
-        if self.after_run and learns(question.instance):
-            return measure_learned(question, self.experiment, self.system, self.factory)
+        learning = self.conventions.learning
+        if self.after_run and learning is not None and self.conventions.learns(question.instance):
+            return measure_learned(question, self.experiment, self.system, learning, self.factory)
         return measure(question, self.factory)
 
     def _watched(self) -> list[str]:
@@ -117,21 +117,24 @@ class Laboratory:
         }
 
 
-def frozen(system: System, *, after_run: bool) -> tuple[System, tuple[Assumption, ...]]:
-    """Set what varies with time to what `FROZEN` says; give the system and what is assumed."""
-    found = []
+def frozen(
+    system: System, conventions: Conventions, *, after_run: bool
+) -> tuple[System, tuple[Assumption, ...]]:
+    """Make linear and constant what the conventions say is not; return the system and what is assumed."""
+    found, learning = [], conventions.learning
     for name, instance in system.instances.items():
-        if after_run and learns(instance):
-            found.append(Assumption(f"{name}.{HOLD}", "true", REASON))
+        if after_run and learning is not None and conventions.learns(instance):
+            found.append(Assumption(f"{name}.{learning.hold}", "true", learning.when_held))
             continue
-        for parameter, item, reason in FROZEN:
-            variable = instance.description.by_name.get(parameter)
+        for assumed in conventions.assumed:
+            variable = instance.description.by_name.get(assumed.parameter)
             if variable is None:
                 continue
-            value = parse(variable, item)
-            if instance.value_of(parameter) != value:
-                found.append(Assumption(f"{name}.{parameter}", item, reason))
-                system = changed(system, {f"{name}.{parameter}": float(value)})
+            value = parse(variable, assumed.value)
+            if instance.value_of(assumed.parameter) != value:
+                signal = f"{name}.{assumed.parameter}"
+                found.append(Assumption(signal, assumed.value, assumed.reason))
+                system = changed(system, {signal: float(value)})
     return system, tuple(found)
 
 

@@ -1,5 +1,5 @@
 """
-How an FMU that identifies answers with what it has learned: linear once its parameters stand still.
+How an FMU that learns answers with what it has learned: linear once its parameters stay as they are.
 
 The system runs; the FMU stays as the run leaves it, is told to hold its parameters, and is asked.
 """
@@ -8,36 +8,17 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from master.analysis.conventions import Learning
 from master.experiment.experiment import Experiment
-from master.fmi.values import parse
 from master.stepping.outcome import RunOptions
 from master.stepping.simulate import SlaveFactory, running
-from master.system.graph import Instance, System
+from master.system.graph import System
 
 from .responses import Question, Responses, measure_running
 
-HOLD = "identification_held"
-REASON = "identification is not linear: its process parameters stay as a run leaves them"
-
-
-def learns(instance: Instance) -> bool:
-    """Whether an FMU identifies and can be told to stop."""
-    names = instance.description.by_name
-    return HOLD in names and instance.value_of(HOLD) == 0.0 and not _is_fixed(instance)
-
-
-def holding(instance: Instance) -> Instance:
-    """Give an FMU that identifies, told from its start not to."""
-    return replace(instance, start={**instance.start, HOLD: 1.0})
-
-
-def _is_fixed(instance: Instance) -> bool:
-    identifier = instance.description.by_name.get("identifier")
-    return identifier is not None and instance.value_of("identifier") == parse(identifier, "fixed")
-
 
 def measure_learned(
-    question: Question, experiment: Experiment, system: System, factory: SlaveFactory
+    question: Question, experiment: Experiment, system: System, learning: Learning, factory: SlaveFactory
 ) -> Responses:
     """
     Ask an FMU after a run of its system, constant in time, which may end early by the experiment's limits.
@@ -52,5 +33,5 @@ def measure_learned(
         outcome, slaves = run
         if outcome.error is not None and outcome.error.instance == name:
             raise outcome.error
-        slaves[name].set([question.instance.description.by_name[HOLD]], [1.0])
+        slaves[name].set([question.instance.description.by_name[learning.hold]], [1.0])
         return measure_running(replace(question, t0=float(outcome.result.time[-1])), slaves[name])

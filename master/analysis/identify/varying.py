@@ -14,27 +14,26 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from master.analysis.conventions import Learning, Varying
 from master.analysis.state_space import StateSpace
 from master.stepping.simulate import SlaveFactory
 
 from . import history
-from .online_identifiers import HOLD
 from .responses import Bench, Question, delta_of, started
 
 Floats = NDArray[np.float64]
 
-PERIODIC = {"k_p_amplitude": "k_p_frequency"}
 _WHOLE = 1e-6
 _SAMPLES = 20
 _SAME = 1e-9
 
 
-def period_of(question: Question) -> int | None:
-    """Ticks after which an FMU answers as before; 0: constant; None: not a whole number of steps."""
-    periods = [0]
-    for amplitude, frequency in PERIODIC.items():
-        if frequency in question.instance.description.by_name and question.instance.value_of(amplitude):
-            steps = 1.0 / (float(question.instance.value_of(frequency) or np.inf) * question.step_size)
+def period_of(question: Question, varying: Sequence[Varying]) -> int | None:
+    """Return the ticks after which an FMU answers as before; 0: constant; None: not an integer number."""
+    periods, instance = [0], question.instance
+    for one in varying:
+        if one.frequency in instance.description.by_name and instance.value_of(one.amplitude):
+            steps = 1.0 / (float(instance.value_of(one.frequency) or np.inf) * question.step_size)
             whole = abs(steps - round(steps)) < _WHOLE * steps
             periods.append(round(steps) if whole else -1)
     return None if min(periods) < 0 else max(periods)
@@ -58,12 +57,15 @@ def measure_through_time(question: Question, factory: SlaveFactory, ticks: int) 
         bench.close()
 
 
-def measure_learning(question: Question, factory: SlaveFactory, inputs: Floats) -> Sequence[StateSpace]:
+def measure_learning(
+    question: Question, learning: Learning, factory: SlaveFactory, inputs: Floats
+) -> Sequence[StateSpace]:
     """
-    Ask an FMU that identifies behind each step of a run, with its parameters held.
+    Ask an FMU that learns after each step of a run, with its parameters held.
 
     Args:
         question: The FMU.
+        learning: How it is told to hold them.
         factory: Makes the slave.
         inputs: What it got in the run, shape (ticks, inputs).
 
@@ -73,16 +75,18 @@ def measure_learning(question: Question, factory: SlaveFactory, inputs: Floats) 
     Raises:
         FmuError: If it fails, or cannot save its state.
     """
-    few = _learned(question, factory, inputs, max(1, len(inputs) // _SAMPLES))
+    few = _learned(question, learning, factory, inputs, max(1, len(inputs) // _SAMPLES))
     if np.max(np.abs(few - few[0])) < _SAME * np.max(np.abs(few)):
         return ()
-    return history.systems(*history.held(_learned(question, factory, inputs, 1)))
+    return history.systems(*history.held(_learned(question, learning, factory, inputs, 1)))
 
 
-def _learned(question: Question, factory: SlaveFactory, inputs: Floats, stride: int) -> Floats:
-    """Lead an FMU through a run; give its answers behind each so manieth step."""
+def _learned(
+    question: Question, learning: Learning, factory: SlaveFactory, inputs: Floats, stride: int
+) -> Floats:
+    """Lead an FMU through a run; return its answers after each step whose number `stride` divides."""
     bench = Bench(question, started(question, factory))
-    hold = [question.instance.description.by_name[HOLD]]
+    hold = [question.instance.description.by_name[learning.hold]]
     pulses = []
     try:
         for k, row in enumerate(inputs):

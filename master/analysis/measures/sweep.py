@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from master.analysis.closed_loop.linearise import Laboratory
+from master.analysis.closed_loop.linearise import Linearisation
 from master.errors import ConfigError, expected
 from master.fmi.description import Kind
 from master.system.graph import System, Wire
@@ -115,7 +115,7 @@ def _unit(system: System, signal: str, faults: list[str]) -> str:
 
 
 def stability_map(
-    laboratory: Laboratory, x: Axis, y: Axis | None = None, progress: Progress = lambda: None
+    linearisation: Linearisation, x: Axis, y: Axis | None = None, progress: Progress = lambda: None
 ) -> StabilityMap:
     """Compute growth and boundary; `progress` is called for each value of x."""
     if x.wire is not None and y is not None:
@@ -125,32 +125,34 @@ def stability_map(
     columns, boundary = [], []
     for value in x.values:
         fixed = dict.fromkeys(x.signals, float(value))
-        column, roots = _column(laboratory, fixed, y)
+        column, roots = _column(linearisation, fixed, y)
         columns.append(column)
         boundary += [(float(value), root) for root in roots]
         progress()
     growth = np.array(columns).T
     if y is None:
         boundary = [
-            (root, 0.0) for root in _roots(_growth_along(laboratory, {}, x.signals), x.values, growth[0])
+            (root, 0.0) for root in _roots(_growth_along(linearisation, {}, x.signals), x.values, growth[0])
         ]
     return StabilityMap(x, y, growth, tuple(boundary))
 
 
-def _column(laboratory: Laboratory, fixed: Mapping[str, float], y: Axis | None) -> tuple[Floats, list[float]]:
+def _column(
+    linearisation: Linearisation, fixed: Mapping[str, float], y: Axis | None
+) -> tuple[Floats, list[float]]:
     if y is None:
-        return np.array([_growth_along(laboratory, fixed, ())(0.0)]), []
+        return np.array([_growth_along(linearisation, fixed, ())(0.0)]), []
     if y.wire is not None:
-        return _delays(laboratory, fixed, y, y.wire)
-    function = _growth_along(laboratory, fixed, y.signals)
+        return _delays(linearisation, fixed, y, y.wire)
+    function = _growth_along(linearisation, fixed, y.signals)
     column = np.array([function(float(v)) for v in y.values])
     return column, _roots(function, y.values, column)
 
 
 def _delays(
-    laboratory: Laboratory, fixed: Mapping[str, float], y: Axis, wire: Wire
+    linearisation: Linearisation, fixed: Mapping[str, float], y: Axis, wire: Wire
 ) -> tuple[Floats, list[float]]:
-    coupled = laboratory.coupled(fixed)
+    coupled = linearisation.coupled(fixed)
     if coupled.period != 1:
         raise ConfigError(["--sweep: no delay over FMUs of several rates, expected each to step every tick"])
     at_rest = growth_rate(coupled)
@@ -162,9 +164,9 @@ def _delays(
 
 
 def _growth_along(
-    laboratory: Laboratory, fixed: Mapping[str, float], signals: Sequence[str]
+    linearisation: Linearisation, fixed: Mapping[str, float], signals: Sequence[str]
 ) -> Callable[[float], float]:
-    return lambda value: growth_rate(laboratory.coupled({**fixed, **dict.fromkeys(signals, value)}))
+    return lambda value: growth_rate(linearisation.coupled({**fixed, **dict.fromkeys(signals, value)}))
 
 
 def _roots(function: Callable[[float], float], values: Floats, growth: Floats) -> list[float]:

@@ -13,11 +13,12 @@ from itertools import permutations
 
 from numpy.linalg import eigvals
 
-from master.analysis.closed_loop.linearise import Laboratory
+from master.analysis.closed_loop.linearise import Linearisation
 from master.analysis.closed_loop.tick_matrix import Coupled
 from master.analysis.measures.poles import Pole, dominant, poles
 from master.coupling.ledger import make_ledger, steps_of
 from master.coupling.schedule import Schedule, make_schedule
+from master.docking.conventions import CONVENTIONS
 from master.experiment.experiment import Experiment
 from master.reproduce.measures.poles import without_ideal
 from master.reproduce.measures.runs import experiment_of
@@ -53,7 +54,7 @@ def compare(case: str = "S1") -> list[Ordered]:
     """Step a case in every class of orders, without compensation and with it, exact parameters."""
     variants = (run_of(case, "none", plant=LINEAR), run_of(case, "cfdc", EXACT, LINEAR))
     experiments = [experiment_of(run) for run in variants]
-    loops = [Laboratory(e).coupled() for e in experiments]
+    loops = [Linearisation(e, CONVENTIONS).coupled() for e in experiments]
     found = []
     for name, count, order in _orders(experiments[0]):
         schedule = make_schedule(experiments[0].system, order, "order")

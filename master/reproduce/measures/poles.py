@@ -7,8 +7,8 @@ compensation and in the real docking.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Hashable, Sequence
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import Any
 
@@ -16,9 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eig
 
-from master.analysis.closed_loop.linearise import Laboratory
+from master.analysis.closed_loop.linearise import Linearisation
 from master.analysis.closed_loop.tick_matrix import Coupled
 from master.analysis.measures.poles import Pole, dominant, growth_rate, nearest, poles
+from master.docking.conventions import CONVENTIONS
 from master.experiment.experiment import Experiment
 from master.fmi.units import conversion
 from master.system.graph import Wire
@@ -47,36 +48,58 @@ class Judged:
     fastest: float
 
 
-_KEYS: dict[Any, Experiment] = {}
+_NOISE = ("seed", "sigma")
+_KEPT = 64
+
+
+@dataclass(frozen=True)
+class _Asked:
+    """An experiment, equal to every other one with the same linearisation, by which answers are kept."""
+
+    key: Hashable
+    experiment: Experiment = field(compare=False)
+
+
+def _asked(experiment: Experiment) -> _Asked:
+    """Name all that a linearisation depends on; noise has no part in it."""
+    system, schedule, config = experiment.system, experiment.schedule, experiment.config
+    instances = tuple(
+        (
+            name,
+            instance.description.path,
+            instance.every,
+            frozenset((k, repr(v)) for k, v in instance.start.items() if k not in _NOISE),
+        )
+        for name, instance in system.instances.items()
+    )
+    wires = tuple(
+        (w.source.name, w.target.name, w.delay, w.extrapolation, w.conversion) for w in system.wires
+    )
+    order = (
+        schedule.groups,
+        frozenset(schedule.every.items()),
+        frozenset(schedule.iterations.items()),
+    )
+    time = (config.start_time, config.step_size, config.stop_time)
+    return _Asked((instances, wires, order, time, config.compare), experiment)
 
 
 def judged(experiment: Experiment) -> Judged:
-    """Judge a system; the noise has no part in it, so that its seed does not count."""
-    key = _key(experiment)
-    _KEYS.setdefault(key, experiment)
-    return _judged(key)
+    """Judge a system by its poles."""
+    return _judged(_asked(experiment))
 
 
-def _key(experiment: Experiment) -> Any:
-    values = {
-        (name, key): value
-        for name, instance in experiment.system.instances.items()
-        for key, value in instance.start.items()
-        if key not in ("seed", "sigma")
-    }
-    return experiment.config.name, experiment.schedule.groups, tuple(sorted(values.items()))
-
-
-@lru_cache(maxsize=64)
-def _judged(key: Any) -> Judged:
-    experiment = _KEYS[key]
-    coupled = Laboratory(experiment).coupled()
+@lru_cache(maxsize=_KEPT)
+def _judged(asked: _Asked) -> Judged:
+    experiment = asked.experiment
+    coupled = Linearisation(experiment, CONVENTIONS).coupled()
     compare = experiment.config.compare
     best = dominant(poles(coupled, None if compare is None else compare.signal))
     reference = None
     if best is not None and compare is not None and compare.reference is not None:
         name = compare.reference.partition(".")[0]
-        reference = nearest(coupled.parts[name].system, coupled.step_size, best)
+        period = coupled.step_size * coupled.schedule.every[name]
+        reference = nearest(coupled.parts[name].system, period, best)
     return Judged(best, reference, growth_rate(coupled))
 
 
@@ -94,7 +117,7 @@ def driven(experiment: Experiment) -> Experiment:
 
 def planes(experiment: Experiment) -> tuple[Plane, Plane]:
     """Give poles and zeros of the real docking, and of the loop."""
-    coupled = Laboratory(driven(experiment)).coupled()
+    coupled = Linearisation(driven(experiment), CONVENTIONS).coupled()
     return _ideal(coupled), _loop(coupled)
 
 
@@ -153,14 +176,12 @@ def cancellation(experiment: Experiment) -> float:
 
     That is the distance by which a backward difference, (1 - exp(-s T))/T = s - s^2 T/2 + ..., misses s.
     """
-    key = _key(experiment)
-    _KEYS.setdefault(key, experiment)
-    return _cancellation(key)
+    return _cancellation(_asked(experiment))
 
 
-@lru_cache(maxsize=64)
-def _cancellation(key: Any) -> float:
-    coupled = Laboratory(driven(_KEYS[key])).coupled()
+@lru_cache(maxsize=_KEPT)
+def _cancellation(asked: _Asked) -> float:
+    coupled = Linearisation(driven(asked.experiment), CONVENTIONS).coupled()
     alone = np.linalg.eigvals(coupled.parts["motion_simulator"].system.A)
     s = _continuous(alone[np.abs(alone) > _SLOWEST_DELAY], coupled.step_size)
     loop = _loop(coupled)

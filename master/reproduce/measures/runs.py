@@ -45,10 +45,6 @@ class Run:
         """Give the same run with another noise."""
         return replace(self, seed=seed)
 
-    def setting(self, *values: str) -> Run:
-        """Give the same run with more values."""
-        return replace(self, values=(*self.values, *values))
-
 
 @dataclass(frozen=True)
 class Wanted:

@@ -1,10 +1,11 @@
-"""A mass on a spring, each an FMU of its own, and the laboratory of a system of stubs."""
+"""A mass on a spring, each an FMU of its own, and the linearisation of a system of stubs."""
 
 from __future__ import annotations
 
 from stubs import METRE, NEWTON, Block, variables
 
-from master.analysis.closed_loop.linearise import Laboratory
+from master.analysis.closed_loop.linearise import Linearisation
+from master.analysis.conventions import Conventions
 from master.experiment.experiment import Experiment
 
 STEP = 1e-3
@@ -25,6 +26,6 @@ def mass(m=1.0):
     return Block(law, ports)
 
 
-def laboratory_of(stubs):
+def linearisation_of(stubs):
     experiment = Experiment(stubs.loaded.config, None, stubs.system, stubs.schedule)
-    return Laboratory(experiment, stubs.factory)
+    return Linearisation(experiment, Conventions(), stubs.factory)

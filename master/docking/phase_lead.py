@@ -24,8 +24,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from master.analysis.closed_loop.linearise import Laboratory, changed
+from master.analysis.closed_loop.linearise import Linearisation, changed
 from master.analysis.measures.frequency import response_from
+from master.docking.conventions import CONVENTIONS
 from master.errors import ConfigError, expected
 from master.experiment.experiment import Experiment
 from master.fmi.values import parse
@@ -123,13 +124,13 @@ def design(experiment: Experiment, wanted: PhaseLead, factory: SlaveFactory = lo
     fmu = wanted.fmu
     compare, wire = _path(experiment, wanted)
     _check_gain(experiment, wanted)
-    laboratory = Laboratory(experiment, factory)
+    linearisation = Linearisation(experiment, CONVENTIONS, factory)
     spans = {str(key): span for key, span in wanted.ranges.items()}
     low, high = _range(experiment, fmu, compare.signal.partition(".")[0], spans)
     frequencies = np.linspace(low, high, 1 if low == high else _N_SHOWN)
 
     def reproduced(**changes: float) -> Complexes:
-        coupled = laboratory.coupled({f"{fmu}.{key}": value for key, value in changes.items()})
+        coupled = linearisation.coupled({f"{fmu}.{key}": value for key, value in changes.items()})
         return response_from(coupled, wire, compare.reproduced or "", frequencies)
 
     plain = reproduced(dpdc=0.0)

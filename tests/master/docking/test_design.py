@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from master.analysis.design.phase_lead import Design, dynamics_frequency
-from master.analysis.design.plant import CONFIGURED, STEP_SIZE, fit, judge
 from master.analysis.state_space import StateSpace
+from master.docking.phase_lead import Design, dynamics_frequency
+from master.docking.plant import CONFIGURED, STEP_SIZE, fit, judge
 
 
 def held_plant(form, ticks):
