@@ -54,4 +54,6 @@ def _show(found: Reproduction) -> None:
     STDERR.print(table)
     for verdict, n in Counter(row.verdict for row in found.rows).items():
         click.echo(f"{n:>4} {verdict}")
+    for text in found.changed:
+        click.echo(f"judged otherwise before: {text}")
     click.echo(found.files["page"])

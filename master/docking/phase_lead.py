@@ -141,28 +141,31 @@ def design(experiment: Experiment, wanted: PhaseLead, factory: SlaveFactory = lo
             [f"dpdc: no lead for this lag, got {degrees:.1f} deg at {high:.4g} Hz, expected 0 to 86"]
         )
     gain = 1.0 if wanted.amplitude == "paper" else _against(float(np.abs(plain[-1])), high)
-    led = reproduced(dpdc=1.0, **_values(experiment, fmu, (phase, high, gain)))
+    led = reproduced(dpdc=1.0, **_values(experiment, fmu, phase=phase, frequency=high, gain=gain))
     return Design(phase, high, gain, frequencies, plain, led)
 
 
 def designed(experiment: Experiment, overridden: set[str], factory: SlaveFactory = load) -> Experiment:
-    """Give the compensator of the configuration's `dpdc` its design, except for what is set by hand."""
+    """Set the compensator of the configuration's `dpdc` to its design, except for what is set by hand."""
     wanted = experiment.config.dpdc
     assert wanted is not None
     compensator = experiment.system.instances.get(wanted.fmu)
     if compensator is not None and compensator.value_of("dpdc") == 0.0:
         return experiment
     found = design(experiment, wanted, factory)
-    values = _values(experiment, wanted.fmu, (found.phase, found.frequency, found.gain))
+    values = _values(experiment, wanted.fmu, phase=found.phase, frequency=found.frequency, gain=found.gain)
     chosen = {f"{wanted.fmu}.{key}": value for key, value in values.items()}
     kept = {signal: value for signal, value in chosen.items() if signal not in overridden}
     return replace(experiment, system=changed(experiment.system, kept))
 
 
-def _values(experiment: Experiment, fmu: str, values: tuple[float, float, float]) -> dict[str, float]:
-    """Name the values; a compensator without a gain of its own has the paper's."""
+def _values(
+    experiment: Experiment, fmu: str, *, phase: float, frequency: float, gain: float
+) -> dict[str, float]:
+    """Return the compensator's parameters; one without a gain of its own has the paper's."""
     known = experiment.system.instances[fmu].description.by_name
-    return {name: value for name, value in zip(PARAMETERS, values, strict=True) if name in known}
+    values = {"dpdc_phase": phase, "dpdc_frequency": frequency, "dpdc_gain": gain}
+    return {name: value for name, value in values.items() if name in known}
 
 
 def _against(magnitude: float, frequency: float) -> float:

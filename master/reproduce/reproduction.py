@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from master.pages.picture import save
-from master.reproduce.claims.claim import Claim, Row, judge, wishes
+from master.reproduce.claims.claim import Claim, Row, changed_verdicts, judge, wishes
 from master.reproduce.figures.figure import Figure
 from master.reproduce.figures.registry import FIGURES
 from master.reproduce.measures.pool import Recordings, build_fmus, merged, perform_all
@@ -32,14 +32,16 @@ Stage = Callable[[str, int], Callable[[int], None]]
 
 @dataclass(frozen=True)
 class Reproduction:
-    """What was found and written."""
+    """Judged rows, those among them that were judged otherwise when their claims were written, and files."""
 
     rows: Sequence[Row]
+    changed: Sequence[str]
     files: dict[str, Any]
 
     def as_dict(self) -> dict[str, Any]:
         """Fields for JSON."""
-        return {"claims": [row.as_dict() for row in self.rows], "files": self.files}
+        claims = [row.as_dict() for row in self.rows]
+        return {"claims": claims, "changed": list(self.changed), "files": self.files}
 
 
 def reproduce(folder: Path, stage: Stage, say: Callable[[str], None]) -> Reproduction:
@@ -69,7 +71,8 @@ def reproduce(folder: Path, stage: Stage, say: Callable[[str], None]) -> Reprodu
     rows = [row for _, rows in judged for row in rows]
     files = {"page": str(write_page(content, folder / "index.html")), "figures": pictures}
     files["claims"] = str(_write_claims(rows, folder / "claims.json"))
-    return Reproduction(rows, files)
+    changed = [text for claim, own in judged for text in changed_verdicts(claim, own)]
+    return Reproduction(rows, changed, files)
 
 
 def _write_claims(rows: Sequence[Row], path: Path) -> Path:

@@ -12,7 +12,6 @@ from browser import opened
 from click.testing import CliRunner
 
 from master.__main__ import main
-from master.reproduce.claims.claim import expected_verdict
 from master.reproduce.figures.registry import FIGURES
 from master.reproduce.reproduction import CLAIMS
 
@@ -26,10 +25,8 @@ def reproduced(tmp_path_factory):
 
 
 def test_every_row_is_judged_as_it_was_found(reproduced):
-    expected = {f"{c.id}.{k.id}": expected_verdict(c, k) for c in CLAIMS for k in c.checks}
-    found = {row["id"]: row["verdict"] for row in reproduced.claims}
-
-    assert found == expected
+    assert [row["id"] for row in reproduced.claims] == [f"{c.id}.{k.id}" for c in CLAIMS for k in c.checks]
+    assert reproduced.changed == []
     assert all(row["seeds"] >= 10 for row in reproduced.claims)
 
 

@@ -134,9 +134,13 @@ def judge(claim: Claim, recordings: Mapping[Run, Recording]) -> list[Row]:
     return [_row(claim, check, _worst(check, recordings)) for check in claim.checks]
 
 
-def expected_verdict(claim: Claim, check: Check) -> str:
-    """Verdict that was found when the claim was written; another one is news."""
-    return check.expected or claim.if_met
+def changed_verdicts(claim: Claim, rows: Sequence[Row]) -> list[str]:
+    """Name the rows whose verdict is another one than when the claim was written."""
+    return [
+        f"{row.id}: {row.verdict}, expected {expected}"
+        for row, check in zip(rows, claim.checks, strict=True)
+        if row.verdict != (expected := check.expected or claim.if_met)
+    ]
 
 
 def _worst(check: Check, recordings: Mapping[Run, Recording]) -> float:

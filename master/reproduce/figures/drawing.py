@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from master.pages.chart import DOTTED, LINE, REFERENCE, Chart, Curve
 from master.reproduce.facts.cases import CASES, HEXAPOD, run_of
+from master.reproduce.facts.tables import STEP, STIFFNESS_FREQUENCY, TABLES
 from master.reproduce.measures import contact
 from master.reproduce.measures.runs import Recording, Run
 
@@ -22,14 +23,6 @@ S_ACT, S_IDEAL = "motion_simulator.s_act", "ideal.s"
 F_MEA, F_DES, F_IDEAL = "force_sensor.f_mea", "compensator.f_des", "ideal.f"
 PROCESS = tuple(f"compensator.{name}" for name in "abcde")
 
-# Tables 1 to 3, for the theoretical values that the identified ones are drawn against.
-LOOPS = {
-    "S1": contact.Loop(820.0, 80.0, 150000.0, 158.0, 37900.0, 65.0),
-    "S2": contact.Loop(1000.0, 60.0, 800000.0, 800.0, 400000.0, 400.0),
-    "E1": contact.Loop(4000.0, 100.0, 139200.0, 136.1, 37760.0, 97.3),
-    "E2": contact.Loop(1000.0, 100.0, 139200.0, 136.1, 37760.0, 97.3),
-}
-STEP = 1e-3
 LABELS = {
     "none": "no compensation",
     "dpdc": "DPDC",
@@ -85,10 +78,11 @@ def forces(ideal: Run, drawn: Sequence[tuple[str, Run, str]], limit: float, unti
     return draw
 
 
-def theory(case: str, time: Floats, name: str, swing: float = 0.0) -> Curve:
-    """Give a theoretical process parameter; the stiffness swings by `swing` [N/m] at 1 Hz."""
-    k_p = LOOPS[case].k_p + swing * np.sin(2.0 * np.pi * time)
-    values = contact.process_parameters(LOOPS[case], STEP, k_p)[:, "abcde".index(name)]
+def theory(case: str, time: Floats, name: str, amplitude: float = 0.0) -> Curve:
+    """Return a theoretical process parameter; `amplitude` [N/m] is that of a stiffness that varies."""
+    loop = TABLES[case].loop
+    k_p = loop.k_p + amplitude * np.sin(2.0 * np.pi * STIFFNESS_FREQUENCY * time)
+    values = contact.process_parameters(loop, STEP, k_p)[:, "abcde".index(name)]
     return Curve(f"{name}, theory", time, values, DOTTED, like=name)
 
 

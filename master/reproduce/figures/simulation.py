@@ -9,17 +9,16 @@ import numpy as np
 from master.pages.chart import REFERENCE, Chart, Curve
 from master.reproduce.claims.methods import LONG, METHODS, method_run
 from master.reproduce.facts.cases import LITERAL, run_of
+from master.reproduce.facts.tables import STEP, TABLES
 from master.reproduce.measures.runs import Recording
 
 from .drawing import (
     F_DES,
     F_IDEAL,
     F_MEA,
-    LOOPS,
     PROCESS,
     S_ACT,
     S_IDEAL,
-    STEP,
     TIME,
     Recordings,
     curve,
@@ -44,7 +43,9 @@ def _attributes(recordings: Recordings) -> Sequence[Chart]:
     charts = []
     for label, run in _IDENTIFIERS:
         found = recordings[run]
-        curves = [curve(n, found, f"compensator.{n}_id", 1.0 / getattr(LOOPS["S1"], n)) for n in _ATTRIBUTES]
+        curves = [
+            curve(n, found, f"compensator.{n}_id", 1.0 / getattr(TABLES["S1"].loop, n)) for n in _ATTRIBUTES
+        ]
         curves.append(Curve("true value", found.time, np.ones_like(found.time), REFERENCE))
         charts.append(Chart(label, TIME, "recovered/true [1]", curves, (-1.0, 3.0)))
     return charts

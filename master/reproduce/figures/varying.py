@@ -6,12 +6,12 @@ from collections.abc import Sequence
 
 from master.pages.chart import Chart
 from master.reproduce.claims.identification import varying
+from master.reproduce.facts.tables import STIFFNESS_AMPLITUDE
 from master.reproduce.measures.runs import Run
 
 from .drawing import S_ACT, S_IDEAL, TIME, Draw, Recordings, curve, displacement, theory
 from .figure import Figure
 
-_SWING = 8e4
 _CD = ("compensator.c", "compensator.d")
 _KALMAN, _RLS = varying("cfdc_dpdc"), varying("rls_dpdc")
 _RLS_RUNS = [
@@ -29,7 +29,10 @@ def _tracked(run: Run, limits: tuple[float, float] | None) -> Draw:
                 name,
                 TIME,
                 "parameter [N/m]",
-                [curve(name, found, f"compensator.{name}"), theory("S2", found.time, name, _SWING)],
+                [
+                    curve(name, found, f"compensator.{name}"),
+                    theory("S2", found.time, name, STIFFNESS_AMPLITUDE),
+                ],
                 limits,
             )
             for name in "cd"
