@@ -6,11 +6,13 @@ from pathlib import Path
 from typing import Any
 
 import click
+import numpy as np
+from numpy.typing import NDArray
 from rich.progress import Progress
 
 from master.analysis.closed_loop.linearise import Linearisation
 from master.analysis.measures.map_plot import plot_map
-from master.analysis.measures.sweep import StabilityMap, parse_axis, stability_map
+from master.analysis.measures.sweep import Axis, StabilityMap, parse_axis, stability_map
 from master.analysis.measures.zeros import zeros
 from master.analysis.summary import judge, lines, pole_dict
 from master.docking.conventions import CONVENTIONS
@@ -87,13 +89,21 @@ def _sweep(linearisation: Linearisation, sweeps: tuple[str, ...]) -> StabilityMa
 
 
 def _map_dict(found: StabilityMap) -> dict[str, Any]:
-    growth = [[None if g != g else float(g) for g in row] for row in found.growth]
     return {
-        "x": {"label": found.x.label, "values": found.x.values.tolist()},
-        "y": None if found.y is None else {"label": found.y.label, "values": found.y.values.tolist()},
-        "growth": growth,
+        "x": _axis_dict(found.x),
+        "y": None if found.y is None else _axis_dict(found.y),
+        "growth": _numbers(found.growth),
+        "damping": _numbers(found.damping),
         "boundary": [list(point) for point in found.boundary],
     }
+
+
+def _axis_dict(axis: Axis) -> dict[str, Any]:
+    return {"label": axis.label, "values": axis.values.tolist(), "own": axis.own}
+
+
+def _numbers(table: NDArray[np.float64]) -> list[list[float | None]]:
+    return [[float(value) if np.isfinite(value) else None for value in row] for row in table]
 
 
 def _map_lines(answer: dict[str, Any]) -> list[str]:

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from .chart import CIRCLE, CROSS, MARKS, REFERENCE, Chart, decimated
+from .chart import CIRCLE, COLUMNS, CROSS, MARKS, REFERENCE, Chart, decimated
 from .palette import LIGHT, LIGHT_REFERENCE
 
 _MARKS: dict[str, dict[str, Any]] = {
@@ -29,7 +29,7 @@ def data_uri(chart: Chart) -> str:
 
     figure = Figure(figsize=(_WIDTH, _HEIGHT), layout="constrained")
     axis = figure.subplots()
-    draw(axis, chart)
+    draw(axis, chart, _COLUMNS)
     legend(figure, axis)
     buffer = io.BytesIO()
     with rc_context({"svg.fonttype": "none", "svg.hashsalt": "dockloop"}):
@@ -51,9 +51,9 @@ def save(title: str, charts: Sequence[Chart], path: Path) -> Path:
     return path
 
 
-def draw(axis: Any, chart: Chart) -> None:
-    """Draw a chart into matplotlib's axes."""
-    drawn = [decimated(curve, _COLUMNS) for curve in chart.curves]
+def draw(axis: Any, chart: Chart, columns: int = COLUMNS) -> None:
+    """Draw a chart into matplotlib's axes, with the extremes of so many columns."""
+    drawn = [decimated(curve, columns) for curve in chart.curves]
     for curve, look in zip(drawn, chart.looks, strict=True):
         style: dict[str, Any] = {"color": LIGHT_REFERENCE, "linewidth": 3.0, "zorder": 1.5}
         if curve.style != REFERENCE and look is not None:

@@ -6,7 +6,7 @@ import cmath
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -130,7 +130,24 @@ def nearest(system: StateSpace, step_size: float, to: Pole) -> Pole | None:
     return min(own, key=lambda p: abs(p.s - complex(to.s.real, abs(to.s.imag))), default=None)
 
 
+class Fastest(NamedTuple):
+    """The pole that grows fastest: its growth log|z|/period [1/s], and its damping ratio -Re(s)/|s|."""
+
+    growth: float
+    zeta: float
+
+
+def fastest(coupled: Coupled) -> Fastest:
+    """Find the pole that grows fastest."""
+    z = np.linalg.eigvals(coupled.matrix())
+    moduli = np.abs(z)
+    if not np.any(moduli > 0.0):
+        return Fastest(math.log(1e-300) / (coupled.period * coupled.step_size), 1.0)
+    place = int(np.argmax(moduli))
+    period = coupled.period * coupled.step_size
+    return Fastest(math.log(max(float(moduli[place]), 1e-300)) / period, Pole(complex(z[place]), period).zeta)
+
+
 def growth_rate(coupled: Coupled) -> float:
-    """Largest growth of any pole, log|z|/period [1/s]; above 0 the system is unstable."""
-    modulus = float(np.max(np.abs(np.linalg.eigvals(coupled.matrix())), initial=0.0))
-    return math.log(max(modulus, 1e-300)) / (coupled.period * coupled.step_size)
+    """Largest growth of any pole [1/s]; above 0 the system is unstable."""
+    return fastest(coupled).growth

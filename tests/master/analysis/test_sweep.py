@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import matplotlib.figure
+import numpy as np
 import pytest
 from loops_of_stubs import linearisation_of
 from stubs import bench, gain, variables, wire
 
-from master.analysis.measures.map_plot import plot_map
+from master.analysis.measures.map_plot import plot_map, points
 from master.analysis.measures.sweep import parse_axis, stability_map
 from master.errors import ConfigError
 
@@ -52,3 +54,52 @@ def test_a_connected_input_stands_for_a_delay(linearisation):
     axis = parse_axis("a.u=0:1:3", linearisation.system)
 
     assert (axis.unit, axis.wire.source.name) == ("s", "b.y")
+
+
+@pytest.fixture
+def two_gains():
+    """x+ = p q x: stable below p q = 1; growth log(p q) over the step of 0.5 s."""
+    blocks = {}
+    for name in "ab":
+        parameter = variables(("p", "parameter", {"variability": "fixed", "start": "0.5"}))
+        block = gain()
+        ports = block.variables + tuple(replace(v, reference=len(block.variables)) for v in parameter)
+        blocks[name] = replace(block, variables=ports, law=lambda t, h, v: {"y": v["p"] * v["u"]})
+    return linearisation_of(bench(blocks, [wire("a.y", "b.u"), wire("b.y", "a.u")], ["a", "b"]))
+
+
+def test_the_shading_changes_at_the_boundary(two_gains):
+    """Growth at the points of the picture: 0 at each root, where p q = 1 by hand, and of one sign beside."""
+    system = two_gains.system
+    found = stability_map(two_gains, parse_axis("a.p=0.5:2:4", system), parse_axis("b.p=0.3:2.1:3", system))
+    x, y, growth = points(found)
+
+    roots = growth == 0.0
+    assert roots.sum() == len(found.boundary) == 4
+    assert x[roots] * y[roots] == pytest.approx(1.0, abs=1e-5)
+    assert np.array_equal(growth[~roots] > 0.0, x[~roots] * y[~roots] > 1.0)
+
+
+def test_a_map_knows_where_the_system_is(two_gains):
+    system = two_gains.system
+
+    assert parse_axis("a.p=0.5:2:4", system).own == 0.5
+    assert parse_axis("a.p,b.p=0.5:2:4", system).own == 0.5
+    assert parse_axis("a.u=0:1:3", system).own == 0.0
+
+
+@pytest.mark.parametrize("y", ["b.p=0.3:2.1:4", "b.u=0:2:3", None])
+def test_every_kind_of_map_is_drawn_with_its_operating_point(two_gains, tmp_path, monkeypatch, y):
+    figures = []
+    save = matplotlib.figure.Figure.savefig
+    monkeypatch.setattr(
+        matplotlib.figure.Figure, "savefig", lambda self, *a, **k: (figures.append(self), save(self, *a, **k))
+    )
+    system = two_gains.system
+    found = stability_map(
+        two_gains, parse_axis("a.p=0.25:1.9:5", system), None if y is None else parse_axis(y, system)
+    )
+    plot_map(found, "title", tmp_path / "map.png")
+
+    assert "the system as it is" in [text.get_text() for text in figures[0].legends[0].get_texts()]
+    assert (tmp_path / "map.png").read_bytes().startswith(b"\x89PNG")
