@@ -148,7 +148,18 @@ def stability_map(
         boundary = [
             (root, 0.0) for root in _roots(_growth_along(linearisation, {}, x.signals), x.values, growth[0])
         ]
-    return StabilityMap(x, y, growth, damping, tuple(boundary))
+    elif y.wire is None:
+        boundary += _along_x(linearisation, x, y, growth)
+    return StabilityMap(x, y, growth, damping, tuple(sorted(boundary)))
+
+
+def _along_x(linearisation: Linearisation, x: Axis, y: Axis, growth: Floats) -> list[tuple[float, float]]:
+    """Find the roots between columns, which a boundary that runs along y has only."""
+    found = []
+    for value, row in zip(y.values, growth, strict=True):
+        along = _growth_along(linearisation, dict.fromkeys(y.signals, float(value)), x.signals)
+        found += [(root, float(value)) for root in _roots(along, x.values, row)]
+    return found
 
 
 class _Column(NamedTuple):

@@ -75,7 +75,7 @@ def test_the_shading_changes_at_the_boundary(two_gains):
     x, y, growth = points(found)
 
     roots = growth == 0.0
-    assert roots.sum() == len(found.boundary) == 4
+    assert roots.sum() == len(found.boundary) == 5  # four between rows, one between columns
     assert x[roots] * y[roots] == pytest.approx(1.0, abs=1e-5)
     assert np.array_equal(growth[~roots] > 0.0, x[~roots] * y[~roots] > 1.0)
 
@@ -103,3 +103,12 @@ def test_every_kind_of_map_is_drawn_with_its_operating_point(two_gains, tmp_path
 
     assert "the system as it is" in [text.get_text() for text in figures[0].legends[0].get_texts()]
     assert (tmp_path / "map.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_boundary_that_runs_along_the_second_axis_is_found(two_gains):
+    """Whatever q is in its narrow range, p decides: by hand the boundary is at p = 1/q."""
+    system = two_gains.system
+    found = stability_map(two_gains, parse_axis("a.p=0.5:2:3", system), parse_axis("b.p=0.9:1.1:3", system))
+
+    assert [y for _, y in found.boundary] == pytest.approx([1.1, 1.0, 0.9])
+    assert [x for x, _ in found.boundary] == pytest.approx([1 / 1.1, 1.0, 1 / 0.9], abs=1e-5)
