@@ -52,7 +52,7 @@ def analyse(
     as_json: bool,
     **options: Any,
 ) -> None:
-    """Poles, damping, and the delay and gain that each connection of CONFIG bears more."""
+    """Poles, damping, and how much more delay and gain each connection of CONFIG bears."""
     request = Request(**options)
     experiment = prepare(config, request, show_building)
     if len(sweeps) > 2:

@@ -1,4 +1,4 @@
-"""`dockloop reproduce`: every figure and claim of the paper, beside ours, on one page."""
+"""`dockloop reproduce`: every figure and claim of the paper next to ours, on one page."""
 
 from __future__ import annotations
 

@@ -2,7 +2,7 @@
 Design of the displacement phase delay compensation (DPDC), from the plant as it is coupled.
 
     w1^2  = (p - sqrt(p^2 - 4 k_m k_p/(m_s m_e)))/2,   p = k_m/m_e + k_p/m,   m = m_e m_s/(m_e + m_s)     (3)
-    phi   = lag of the reproduced motion behind the simulated one at w1, without DPDC
+    phi   = lag of the reproduced motion after the simulated one at w1, without DPDC
     alpha = (1 + sin phi)/(1 - sin phi),   T = 1/(w_max sqrt(alpha)),   K = gain/sqrt(alpha)         (23, 24)
     gain  = 1 (paper) or 1/|M(w1)| (plant),   M = reproduced over simulated motion without DPDC
 

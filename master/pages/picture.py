@@ -23,7 +23,7 @@ _POINTS = 0.6  # of a page's pixel, for dashes
 
 
 def data_uri(chart: Chart) -> str:
-    """Draw one chart as SVG that stands in the page."""
+    """Draw one chart as SVG, and return it as the address of an image in the page."""
     from matplotlib import rc_context
     from matplotlib.figure import Figure
 
@@ -52,7 +52,7 @@ def save(title: str, charts: Sequence[Chart], path: Path) -> Path:
 
 
 def draw(axis: Any, chart: Chart, columns: int = COLUMNS) -> None:
-    """Draw a chart into matplotlib's axes, with the extremes of so many columns."""
+    """Draw a chart into matplotlib's axes, with the extremes of a number of columns."""
     drawn = [decimated(curve, columns) for curve in chart.curves]
     for curve, look in zip(drawn, chart.looks, strict=True):
         style: dict[str, Any] = {"color": LIGHT_REFERENCE, "linewidth": 3.0, "zorder": 1.5}

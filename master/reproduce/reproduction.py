@@ -50,7 +50,7 @@ def reproduce(folder: Path, stage: Stage, say: Callable[[str], None]) -> Reprodu
 
     Args:
         folder: Where the page, the PNG files and claims.json go.
-        stage: Begins a stage by name and number of parts; gives what counts the parts done.
+        stage: Begins a stage by name and number of parts; returns what counts the parts done.
         say: Shows that an FMU is built.
     """
     wanted = merged([wishes(CLAIMS), *(figure.wishes for figure in FIGURES)])

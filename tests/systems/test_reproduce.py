@@ -70,12 +70,12 @@ def test_every_figure_is_drawn(browser):
 
 def test_the_page_is_legible_at_1280_pixels(browser):
     sizes = browser.run(
-        "return [...document.querySelectorAll('p, td, th, figcaption, .legend button')]"
+        "return [...document.querySelectorAll('p, td, th, figcaption, .labels button')]"
         ".map(e => parseFloat(getComputedStyle(e).fontSize))"
     )
     wide = browser.run("return [document.documentElement.scrollWidth, window.innerWidth]")
     outside = browser.run(
-        "return [...document.querySelectorAll('td, th, .legend, canvas')].filter(e => "
+        "return [...document.querySelectorAll('td, th, .labels, canvas')].filter(e => "
         "e.getBoundingClientRect().right > window.innerWidth + 1).length"
     )
 
@@ -84,9 +84,17 @@ def test_the_page_is_legible_at_1280_pixels(browser):
     assert outside == 0
 
 
+@pytest.mark.parametrize("dark", [False, True])
+def test_the_page_fits_a_phone(browser, reproduced, dark):
+    browser.show(Path(reproduced.files["page"]), 390, dark)
+
+    assert browser.run("return document.documentElement.scrollWidth") == 390
+    assert browser.run("return document.body.dataset.ready") == "true"
+
+
 def test_a_click_on_a_label_hides_its_curve(browser):
     pressed = browser.run(
-        "const b = document.querySelector('.legend button'); b.click(); return b.getAttribute('aria-pressed')"
+        "const b = document.querySelector('.labels button'); b.click(); return b.getAttribute('aria-pressed')"
     )
 
     assert pressed == "false"

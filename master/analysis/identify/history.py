@@ -1,9 +1,9 @@
 """
 A linear FMU that varies with time, in coordinates that do not: its last outputs and inputs.
 
-    y(k) = sum_l A_l(k) y(k-l) + sum_l B_l(k) u(k-l)    y(k): outputs behind step k, u(k): inputs before it
+    y(k) = sum_l A_l(k) y(k-l) + sum_l B_l(k) u(k-l)    y(k): outputs after step k, u(k): inputs before it
 
-The answers g(k, q) behind step k to a pulse of age q (in step k - q) give the coefficients: where q > n no
+The answers g(k, q) after step k to a pulse of age q (in step k - q) give the coefficients: where q > n no
 input is left in the equation, and A(k) follows by least squares; then
 B_l(k) = g(k, l) - sum_i A_i(k) g(k-i, l-i).
 The order n is the least one that repeats all answers.
@@ -59,7 +59,7 @@ def through_time(pulses: Floats) -> tuple[Floats, Floats]:
 
 
 def held(pulses: Floats) -> tuple[Floats, Floats]:
-    """Sort answers of an FMU that was asked anew in each step, as it stood there: [step, age]."""
+    """Sort answers of an FMU that was asked again in each step, as it was there: [step, age]."""
     return pulses, np.stack([_younger(pulses, n) for n in range(1, _LARGEST_ORDER + 1)])
 
 
@@ -80,7 +80,7 @@ def _positive(values: Floats) -> Floats:
 
 
 def _coefficients(answers: Floats, earlier: Floats) -> tuple[Floats, Floats, float]:
-    """Give A (lag, ticks, outputs, outputs), B (lag, ticks, outputs, inputs), and the largest misfit."""
+    """Return A (lag, ticks, outputs, outputs), B (lag, ticks, outputs, inputs), and the largest misfit."""
     n, ticks, p = len(earlier), answers.shape[0], answers.shape[2]
     rows = earlier[:, :, n + 1 :].transpose(1, 2, 4, 0, 3).reshape(ticks, -1, n * p)
     sides = answers[:, n + 1 :].transpose(0, 1, 3, 2).reshape(ticks, -1, p)

@@ -2,7 +2,7 @@
 The smallest linear system that answers as an FMU did.
 
     x(k+1) = A x(k) + B u(k)
-    y(k+1) = C x(k) + D u(k)          y(k+1): outputs behind the step, u(k): inputs set before it
+    y(k+1) = C x(k) + D u(k)          y(k+1): outputs after the step, u(k): inputs set before it
 
     H0[i, j] = C A^(i+j) [B X0],   H1[i, j] = C A^(i+j+1) [B X0],   H0 = U S V'
     A = S^-1/2 U' H1 V S^-1/2,   C = first rows of U S^1/2,   [B X0] = first columns of S^1/2 V'

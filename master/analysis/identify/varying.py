@@ -2,8 +2,8 @@
 FMUs whose answers change in the course of a run: asked at each tick, see `history`.
 
 One that varies with time is pulsed through time. One that identifies is led through the run again by the
-inputs that it had there; behind each step its parameters are held, those that the step worked with, and it
-is pulsed as it stands: the linear system is that of the run's own parameters, and how a pulse would change
+inputs that it had there; after each step its parameters are held, those that the step worked with, and it
+is pulsed as it is: the linear system is that of the run's own parameters, and how a pulse would change
 them does not enter, as it does not enter the run.
 """
 
@@ -101,7 +101,7 @@ def _learned(
 
 
 def _pulses(bench: Bench, k: int, prepare: Callable[[], None] = lambda: None) -> Floats:
-    """Give the answers from tick k on, shape (ages, outputs, inputs), and leave the FMU as it was."""
+    """Return the answers from tick k on, shape (ages, outputs, inputs), and leave the FMU as it was."""
     bench.save()
     found = []
     for i, variable in enumerate(bench.question.inputs):
@@ -114,7 +114,7 @@ def _pulses(bench: Bench, k: int, prepare: Callable[[], None] = lambda: None) ->
 
 
 def alone(question: Question, factory: SlaveFactory, ticks: int) -> Floats:
-    """Outputs behind each step with the inputs held at their start, shape (ticks, outputs)."""
+    """Outputs after each step with the inputs held at their start, shape (ticks, outputs)."""
     bench = Bench(question, started(question, factory))
     try:
         return bench.run(0, ticks)
@@ -123,7 +123,7 @@ def alone(question: Question, factory: SlaveFactory, ticks: int) -> Floats:
 
 
 def answer(systems: Sequence[StateSpace], inputs: Floats, outputs: Floats) -> Floats:
-    """Outputs behind each step of a linear system in `history` coordinates, steady before the start."""
+    """Outputs after each step of a linear system in `history` coordinates, steady before the start."""
     first = systems[0]
     p, m = first.D.shape
     n = first.order // (p + m)

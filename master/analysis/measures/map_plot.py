@@ -57,6 +57,7 @@ def _curve(axis: Any, found: StabilityMap) -> None:
 
 def _regions(figure: Any, axis: Any, found: StabilityMap) -> None:
     from matplotlib.colors import LinearSegmentedColormap, TwoSlopeNorm
+    from matplotlib.ticker import MaxNLocator
     from matplotlib.tri import Triangulation
 
     assert found.y is not None
@@ -66,16 +67,20 @@ def _regions(figure: Any, axis: Any, found: StabilityMap) -> None:
     mesh = Triangulation(x, y, triangles)
     low, high = min(float(growth.min()), -1e-9), max(float(growth.max()), 1e-9)
     colours = LinearSegmentedColormap.from_list("blue to orange", [_BLUE, _MIDDLE, _ORANGE])
-    levels = np.concatenate([np.linspace(low, 0.0, _N_LEVELS), np.linspace(0.0, high, _N_LEVELS)[1:]])
+    shades = np.concatenate([np.linspace(low, 0.0, _N_LEVELS), np.linspace(0.0, high, _N_LEVELS)[1:]])
     norm = TwoSlopeNorm(0.0, low, high)
-    shading = axis.tricontourf(mesh, growth, levels=levels, cmap=colours, norm=norm)
+    shading = axis.tricontourf(mesh, growth, levels=shades, cmap=colours, norm=norm)
     figure.colorbar(shading, ax=axis, label="growth of the fastest pole [1/s]", format="%.3g")
     if found.boundary:
         axis.tricontour(mesh, growth, levels=[0.0], colors=_LINE, linewidths=1.8)
         axis.plot([], [], color=_LINE, linewidth=1.8, label="boundary of stability")
     grid = np.meshgrid(found.x.values, found.y.values)
     if np.ptp(found.damping) > 0.0:
-        lines = axis.contour(*grid, found.damping, levels=6, colors="0.35", linewidths=0.7, linestyles="--")
+        ticks = MaxNLocator(7).tick_values(float(found.damping.min()), float(found.damping.max()))
+        levels = [level for level in ticks if abs(level) > 1e-12]  # that of 0 is the boundary
+        lines = axis.contour(
+            *grid, found.damping, levels=levels, colors="0.35", linewidths=0.7, linestyles="--"
+        )
         axis.clabel(lines, fmt="%.3g", fontsize="x-small")
         axis.plot([], [], color="0.35", linewidth=0.7, linestyle="--", label="damping ratio of that pole")
     _mark(axis, found)

@@ -1,4 +1,4 @@
-"""Poles of the coupled system: frequency, damping, growth, and which FMUs take part."""
+"""Poles of the coupled system: frequency, damping, growth, and which FMUs participate."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Pole:
     """
     A pole z of one period [s] of the order, s = log(z)/period [1/s].
 
-    `parts` gives the share of each FMU (or value under way) that takes part, largest first; `weight` the
+    `parts` gives the share of each FMU (or value under way) that participates, largest first; `weight` the
     energy of the pole in the compared signal after a push on the inputs of that signal's FMU.
     """
 
@@ -65,7 +65,7 @@ class Pole:
 
 
 def poles(coupled: Coupled, signal: str | None = None, duration: float = 10.0) -> list[Pole]:
-    """Give one pole for each conjugate pair, slowest decay first; `duration` [s] is for the weights."""
+    """Return one pole for each conjugate pair, slowest decay first; `duration` [s] is for the weights."""
     z, left, right = _eigenvectors(coupled.matrix())
     period = coupled.period * coupled.step_size
     found = []

@@ -2,7 +2,7 @@
 Stability over one or two parameters; the boundary by root search on the growth of the fastest pole.
 
 An axis is `signals=from:to:n`: one parameter, or several joined by commas that get the same value. A
-connected input in place of a parameter stands for an extra delay [s] of its connection; its boundary is
+connected input in place of a parameter means an extra delay [s] of its connection; its boundary is
 the delay margin.
 """
 
@@ -134,7 +134,7 @@ def stability_map(
     if x.wire is not None and y is not None:
         x, y = y, x
     if x.wire is not None:
-        raise ConfigError([f"--sweep: a delay alone, got {x.label}, expected a parameter beside it"])
+        raise ConfigError([f"--sweep: a delay alone, got {x.label}, expected a parameter with it"])
     columns = []
     boundary: list[tuple[float, float]] = []
     for value in x.values:

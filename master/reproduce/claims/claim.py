@@ -64,8 +64,8 @@ class Check:
     """
     One row: a number from runs that differ in the noise only, and its bound.
 
-    `combine` makes one number of those of the runs, which `name` names. `why` and `claim` stand over those
-    of the claim; `expected` is the verdict that was found when it was written, if not that of the claim.
+    `combine` makes one number of those of the runs, which `name` names. `why` and `claim` take precedence
+    over those of the claim; `expected` is the verdict found when it was written, if not that of the claim.
     `bound_from` is what the bound follows from other than from the measured value.
     """
 
@@ -88,7 +88,7 @@ class Claim:
     """
     What the paper says, where, and the checks that judge it.
 
-    `if_met` is the verdict if a bound is met; `bound_from` stands where a check has none of its own.
+    `if_met` is the verdict if a bound is met; `bound_from` is used where a check has none of its own.
     """
 
     id: str
@@ -121,7 +121,7 @@ class Row:
 
 
 def wishes(claims: Sequence[Claim]) -> dict[Run, Wanted]:
-    """Give the runs of all checks, every seed, with the numbers they are asked for."""
+    """Return the runs of all checks, every seed, with the numbers they are asked for."""
     found: dict[Run, Wanted] = {}
     for check in (c for claim in claims for c in claim.checks):
         for run in (r.with_seed(seed) for r in check.runs for seed in SEEDS):

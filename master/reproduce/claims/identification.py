@@ -27,7 +27,7 @@ FORGETTING = (0.98, 0.995, 0.998, 1.0)
 
 
 def varying(variant: str, *values: str, plant: str = HEXAPOD) -> Run:
-    """Give a run with time-varying stiffness."""
+    """Return a run with time-varying stiffness."""
     return Run(config_of("time_varying_stiffness", plant), variant, values)
 
 

@@ -79,10 +79,10 @@ SIMULATED, EXPERIMENTAL = ("S1", "S2"), ("E1", "E2")
 
 
 def config_of(name: str, plant: str = HEXAPOD) -> str:
-    """Give the configuration of a case's file with a plant."""
+    """Return the configuration of a case's file with a plant."""
     return f"hexapod/{name}" if plant == HEXAPOD else name
 
 
 def run_of(case: str, variant: str, values: tuple[str, ...] = (), plant: str = HEXAPOD) -> Run:
-    """Give a run of a case."""
+    """Return a run of a case."""
     return Run(config_of(CASES[case].config, plant), variant, values)

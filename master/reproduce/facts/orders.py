@@ -2,7 +2,7 @@
 The same system in every order of stepping: what each order delays, and what that does to the damping.
 
 All 120 orders of the five FMUs in the loop fall into a few classes, which delay the same connections. Each
-class is stepped once; Jacobi, and iteration until the connections agree, beside them.
+class is stepped once; Jacobi, and iteration until the connections agree, in addition to them.
 """
 
 from __future__ import annotations

@@ -35,12 +35,12 @@ LABELS = {
 
 
 def variants_of(case: str, variants: Sequence[str], plant: str = HEXAPOD) -> Labelled:
-    """Give the runs of a case with the paper's names of the variants."""
+    """Return the runs of a case with the paper's names of the variants."""
     return [(LABELS[v], run_of(case, v, plant=plant)) for v in variants]
 
 
 def curve(label: str, recording: Recording, signal: str, scale: float = 1.0, style: str = LINE) -> Curve:
-    """Give a signal over time."""
+    """Return a signal over time."""
     return Curve(label, recording.time, scale * recording[signal], style)
 
 
@@ -103,5 +103,5 @@ def identification(case: str, runs: Labelled) -> Draw:
 
 
 def title_of(case: str) -> str:
-    """Give the case's name for a heading."""
+    """Return the case's name for a heading."""
     return f"{case}, {CASES[case].title}"

@@ -54,7 +54,7 @@ FIGURES = (
         "18",
         "Identified c and d, Kalman filter",
         "c and d follow the stiffness accurately",
-        "the response at the dynamics frequency follows to 3 %; c and d singly swing by a "
+        "the response at the dynamics frequency follows to 3 %; c and d singly vary by a "
         "fifth of the theory and the "
         "rest is in e: only their sum is excited",
         {_KALMAN: _CD},

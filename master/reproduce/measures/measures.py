@@ -75,7 +75,7 @@ def _amplitude_to_motion(trace: Trace, force: str, motion: str, mode: Mode | Non
 
 
 def force_phase(trace: Trace, force: str) -> float:
-    """Phase of a force behind s_des against that of the ideal force [deg]; negative: it lags."""
+    """Phase of a force after s_des against that of the ideal force [deg]; negative: it lags."""
     found = _amplitude_to_motion(trace, force, "spacecraft.s_des", trace.mode)
     reference = dominant_mode(trace.result["ideal.s"], trace.step)
     ideal = _amplitude_to_motion(trace, "ideal.f", "ideal.s", reference)
@@ -115,8 +115,8 @@ def stiffness(trace: Trace) -> Floats:
     """Stiffness of the rope over time [N/m], shape (rows,)."""
     amplitude = trace.parameter("contact", "k_p_amplitude")
     frequency = trace.parameter("contact", "k_p_frequency")
-    swing = amplitude * np.sin(2.0 * math.pi * frequency * trace.result.time)
-    return np.asarray(trace.loop.k_p + swing)
+    variation = amplitude * np.sin(2.0 * math.pi * frequency * trace.result.time)
+    return np.asarray(trace.loop.k_p + variation)
 
 
 def _response_error(trace: Trace) -> float:

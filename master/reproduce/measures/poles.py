@@ -116,7 +116,7 @@ def driven(experiment: Experiment) -> Experiment:
 
 
 def planes(experiment: Experiment) -> tuple[Plane, Plane]:
-    """Give poles and zeros of the real docking, and of the loop."""
+    """Return poles and zeros of the real docking, and of the loop."""
     coupled = Linearisation(driven(experiment), CONVENTIONS).coupled()
     return _ideal(coupled), _loop(coupled)
 
@@ -130,7 +130,7 @@ def _ideal(coupled: Coupled) -> Plane:
 
 
 def without_ideal(coupled: Coupled) -> Coupled:
-    """Leave the real docking out, which stands beside the loop."""
+    """Leave the real docking out, which is no part of the loop."""
     system, schedule = coupled.system, coupled.schedule
     groups = tuple(g for g in schedule.groups if g != ("ideal",))
     instances = {name: i for name, i in system.instances.items() if name != "ideal"}

@@ -42,7 +42,7 @@ class Run:
     order: Order | None = None
 
     def with_seed(self, seed: int) -> Run:
-        """Give the same run with another noise."""
+        """Return the same run with another noise."""
         return replace(self, seed=seed)
 
 

@@ -52,7 +52,7 @@ def draw(ax: Any, t: Array, series: Mapping[str, Array]) -> None:
 
 
 def legend(figure: Figure, ax: Any) -> None:
-    """Put the labels of an axis above the whole figure, beside no curve."""
+    """Put the labels of an axis above the whole figure, where they cover no curve."""
     figure.legend(*ax.get_legend_handles_labels(), loc="outside upper center", ncols=4, frameon=False)
 
 

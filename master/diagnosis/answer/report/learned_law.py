@@ -1,4 +1,4 @@
-"""The learned law along the recordings: what it adds, over the two signals that it hangs on."""
+"""The learned law along the recordings: what it adds, over the two signals that it depends on."""
 
 from __future__ import annotations
 
