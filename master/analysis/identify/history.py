@@ -13,6 +13,8 @@ Source   Majji, Juang, Junkins, Time-varying eigensystem realization algorithm, 
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -37,19 +39,21 @@ def systems(answers: Floats, earlier: Floats) -> list[StateSpace]:
     """
     outputs = np.max(np.abs(answers), axis=(0, 1, 3), initial=0.0)
     inputs = np.max(np.abs(answers / _positive(outputs)[:, None]), axis=(0, 1, 2), initial=0.0)
-    outputs, inputs = _positive(outputs), _positive(inputs)
+    outputs = _positive(outputs)
+    inputs = _positive(inputs)
     scale = outputs[:, None] * inputs
-    best: tuple[float, list[StateSpace]] | None = None
+    best: list[StateSpace] = []
+    enough = np.inf
     for n in range(1, len(earlier) + 1):
-        A, B, misfit = _coefficients(answers / scale, earlier[:n] / scale)
-        A, B = A * outputs[:, None] / outputs, B * scale
-        A, B = A.transpose(1, 0, 2, 3), B.transpose(1, 0, 2, 3)
-        if best is None or misfit < 0.1 * best[0]:
-            best = misfit, [_space(a, b, misfit) for a, b in zip(A, B, strict=True)]
-        if misfit < _GOAL:
+        found = _coefficients(answers / scale, earlier[:n] / scale)
+        A = (found.A * outputs[:, None] / outputs).transpose(1, 0, 2, 3)
+        B = (found.B * scale).transpose(1, 0, 2, 3)
+        if not best or found.misfit < enough:
+            best = [_space(a, b, found.misfit) for a, b in zip(A, B, strict=True)]
+            enough = 0.1 * found.misfit
+        if found.misfit < _GOAL:
             break
-    assert best is not None
-    return best[1]
+    return best
 
 
 def through_time(pulses: Floats) -> tuple[Floats, Floats]:
@@ -79,8 +83,15 @@ def _positive(values: Floats) -> Floats:
     return np.where(values > 0.0, values, 1.0)
 
 
-def _coefficients(answers: Floats, earlier: Floats) -> tuple[Floats, Floats, float]:
-    """Return A (lag, ticks, outputs, outputs), B (lag, ticks, outputs, inputs), and the largest misfit."""
+class _Coefficients(NamedTuple):
+    """A (lag, ticks, outputs, outputs), B (lag, ticks, outputs, inputs), and the largest misfit."""
+
+    A: Floats
+    B: Floats
+    misfit: float
+
+
+def _coefficients(answers: Floats, earlier: Floats) -> _Coefficients:
     n, ticks, p = len(earlier), answers.shape[0], answers.shape[2]
     rows = earlier[:, :, n + 1 :].transpose(1, 2, 4, 0, 3).reshape(ticks, -1, n * p)
     sides = answers[:, n + 1 :].transpose(0, 1, 3, 2).reshape(ticks, -1, p)
@@ -88,7 +99,7 @@ def _coefficients(answers: Floats, earlier: Floats) -> tuple[Floats, Floats, flo
     misfit = float(np.max(np.abs(rows @ found - sides), initial=0.0))
     A = found.reshape(ticks, n, p, p).transpose(1, 0, 3, 2)
     free = answers[:, : n + 1] - np.einsum("lkij,lkqjm->kqim", A, earlier[:, :, : n + 1])
-    return A, free.transpose(1, 0, 2, 3), misfit
+    return _Coefficients(A, free.transpose(1, 0, 2, 3), misfit)
 
 
 def _space(A: Floats, B: Floats, misfit: float) -> StateSpace:

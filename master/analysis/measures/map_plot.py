@@ -8,13 +8,13 @@ root of the growth is a point with growth 0: the line runs through the roots, an
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from master.pages.palette import LIGHT
 
-from .sweep import StabilityMap
+from .sweep import Floats, StabilityMap
 
 _BLUE, _MIDDLE, _ORANGE = "#2f7fb8", "#f4f4f4", "#d9751e"
 _STABLE, _UNSTABLE = "#bfd9ea", "#f6d3b3"
@@ -87,17 +87,25 @@ def _regions(figure: Any, axis: Any, found: StabilityMap) -> None:
     axis.set_ylabel(found.y.label)
 
 
-def points(found: StabilityMap) -> tuple[Any, Any, Any]:
-    """Coordinates and growth of all points of a map over two parameters, the roots with growth 0."""
+class Points(NamedTuple):
+    """Coordinates and growth [1/s] of points, shape (n,) each."""
+
+    x: Floats
+    y: Floats
+    growth: Floats
+
+
+def points(found: StabilityMap) -> Points:
+    """Return all points of a map over two parameters, the roots with growth 0."""
     assert found.y is not None
     x, y = np.meshgrid(found.x.values, found.y.values)
     roots = np.array(found.boundary).reshape(-1, 2)
     is_new = np.array([not np.any((x == a) & (y == b)) for a, b in roots], dtype=bool)
     roots = roots[is_new]
-    return (
-        np.concatenate([x.ravel(), roots[:, 0]]),
-        np.concatenate([y.ravel(), roots[:, 1]]),
-        np.concatenate([found.growth.ravel(), np.zeros(len(roots))]),
+    return Points(
+        x=np.concatenate([x.ravel(), roots[:, 0]]),
+        y=np.concatenate([y.ravel(), roots[:, 1]]),
+        growth=np.concatenate([found.growth.ravel(), np.zeros(len(roots))]),
     )
 
 

@@ -66,20 +66,29 @@ class Pole:
 
 def poles(coupled: Coupled, signal: str | None = None, duration: float = 10.0) -> list[Pole]:
     """Return one pole for each conjugate pair, slowest decay first; `duration` [s] is for the weights."""
-    z, left, right = _eigenvectors(coupled.matrix())
+    modes = _modes(coupled.matrix())
+    z = modes.z
     period = coupled.period * coupled.step_size
     found = []
-    weights = _weights(coupled, signal, (z, left, right), duration)
+    weights = _weights(coupled, signal, modes, duration)
     for i in np.argsort(-np.abs(z), kind="stable"):
         if z[i].imag >= 0.0 and abs(z[i]) > SMALLEST_MODULUS:
-            parts = _participation(coupled.owners(), left[:, i], right[:, i])
+            parts = _participation(coupled.owners(), modes.left[:, i], modes.right[:, i])
             found.append(Pole(complex(z[i]), period, parts, weights[i]))
     return found
 
 
-def _eigenvectors(M: Floats) -> tuple[Complexes, Complexes, Complexes]:
+class _Modes(NamedTuple):
+    """Eigenvalues, and eigenvectors as columns."""
+
+    z: Complexes
+    left: Complexes
+    right: Complexes
+
+
+def _modes(M: Floats) -> _Modes:
     found: Any = eig(M, left=True, right=True)
-    return found[0], found[1], found[2]
+    return _Modes(*found)
 
 
 def _participation(owners: Sequence[str], left: Complexes, right: Complexes) -> tuple[tuple[str, float], ...]:
@@ -92,15 +101,14 @@ def _participation(owners: Sequence[str], left: Complexes, right: Complexes) -> 
     return tuple((name, value) for name, value in ranked if value > _SHOWN_SHARE)
 
 
-def _weights(
-    coupled: Coupled, signal: str | None, found: tuple[Complexes, Complexes, Complexes], duration: float
-) -> list[float]:
-    z, left, right = found
+def _weights(coupled: Coupled, signal: str | None, modes: _Modes, duration: float) -> list[float]:
+    z, left, right = modes
     instance = "" if signal is None else signal.partition(".")[0]
     pushed = [w for w in coupled.wires if w.target.instance == instance]
     if signal is None or not pushed or coupled.period != 1:
         return [0.0] * len(z)
-    c, weights = coupled.row(signal), np.zeros(len(z))
+    c = coupled.row(signal)
+    weights = np.zeros(len(z))
     n_steps = max(1, round(duration / coupled.step_size))
     for wire in pushed:
         b = coupled.opened(wire, cut=False).N[:, 0]

@@ -83,7 +83,8 @@ def force_phase(trace: Trace, force: str) -> float:
 
 
 def _deviation(trace: Trace) -> float:
-    zeta, reference = trace.metrics["zeta"], trace.metrics["zeta_reference"]
+    zeta = trace.metrics["zeta"]
+    reference = trace.metrics["zeta_reference"]
     return math.nan if zeta is None or reference is None else abs(zeta - reference)
 
 
@@ -184,7 +185,8 @@ def _pole_deviation(trace: Trace) -> float:
 
 def _zeta_of_pole(trace: Trace) -> float:
     """Difference of the damping ratios of the dominant pole and of the run."""
-    found, zeta = judged(trace.experiment).dominant, trace.metrics["zeta"]
+    found = judged(trace.experiment).dominant
+    zeta = trace.metrics["zeta"]
     return math.nan if found is None or zeta is None else abs(found.zeta - zeta)
 
 

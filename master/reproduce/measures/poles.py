@@ -123,7 +123,8 @@ def planes(experiment: Experiment) -> tuple[Plane, Plane]:
 
 def _ideal(coupled: Coupled) -> Plane:
     part = coupled.parts["ideal"]
-    system, row = part.system, part.outputs.index("ideal.s")
+    system = part.system
+    row = part.outputs.index("ideal.s")
     column = part.inputs.index("ideal.v")
     B, C, D = system.B[:, [column]], system.C[[row]], system.D[[row]][:, [column]]
     return _plane(np.linalg.eigvals(system.A), _zeros(system.A, B, C, D), coupled.step_size)

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import hashlib
 import re
+import tomllib
 from importlib.resources import files
+from pathlib import Path
 
 import pytest
 from jinja2 import UndefinedError
@@ -45,3 +47,14 @@ def test_numbers_and_sentences_are_for_people():
     assert (number(None), number(0.000123456), number(12.0)) == ("-", "0.0001235", "12")
     assert sentence("the loop diverges") == "The loop diverges."
     assert sentence("f_des = 0") == "f_des = 0."
+
+
+def test_the_wheel_takes_every_template_and_the_plotting_library_along():
+    project = Path(__file__).parents[3]
+    settings = tomllib.loads((project / "pyproject.toml").read_text())["tool"]["setuptools"]
+    packages = [file.parent for file in (project / "master").rglob("__init__.py")]
+    shipped = {f for package in packages for p in settings["package-data"]["*"] for f in package.glob(p)}
+    folders = [f for name in ("templates", "vendor") for f in (project / "master").rglob(name)]
+
+    assert len(folders) >= 4
+    assert {f for folder in folders for f in folder.iterdir()} <= shipped
