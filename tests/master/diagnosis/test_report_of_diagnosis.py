@@ -1,17 +1,19 @@
 from __future__ import annotations
 
+import io
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from fmu_sources.effects.catalogue import effect
-from master.diagnosis.answer.report.charts import curve
+from master.diagnosis.answer.report.charts import curve, residual_charts
 from master.diagnosis.answer.report.compared import worst_stretch
 from master.diagnosis.answer.report.drawing import broken, thinned
 from master.diagnosis.answer.report.learned_law import at_once, replayed
 from master.diagnosis.answer.report.page import page
 from master.diagnosis.answer.report.panels import Panel
+from master.diagnosis.answer.report.residual import residual, where
 from master.pages.chart import REFERENCE, Chart, Curve
 
 
@@ -152,3 +154,47 @@ def test_a_chart_is_in_the_order_of_time_and_does_not_bridge_missing_rows():
     assert found.x == pytest.approx([0.0, 0.1, 0.2, 0.45, 0.7, 0.8])
     assert np.flatnonzero(np.isnan(found.y)).tolist() == [3]
     assert found.y[[0, 1, 2, 4, 5]].tolist() == [0.0, 1.0, 2.0, 3.0, 4.0]
+
+
+@pytest.fixture
+def part():
+    """Two signals of one FMU, the second with a residual of 3 Hz, which an effect halves."""
+    t = np.arange(4000) * 1e-3
+    left = np.stack([0.0 * t, np.sin(6.0 * np.pi * t)], axis=1)
+    slot = SimpleNamespace(name="friction", unit="N", signals={"velocity": "m/s"})
+    system = SimpleNamespace(
+        descriptions={"axis": SimpleNamespace(by_name={"force": SimpleNamespace(unit_name="N")})},
+        slots=lambda fmu: {"friction": slot},
+    )
+    bench = SimpleNamespace(
+        outputs=["axis.other", "axis.force"],
+        in_use=np.ones(len(t), dtype=bool),
+        row_period=1e-3,
+        period=1e-3,
+        compared_rows=lambda values: values,
+    )
+    study = SimpleNamespace(measured=left, bench=bench, system=system, signals={})
+    return SimpleNamespace(
+        study=study,
+        base=SimpleNamespace(predicted=0.0 * left),
+        fit=SimpleNamespace(predicted=0.5 * left),
+        has_effect=True,
+        correlations=[SimpleNamespace(basis="axis.velocity", value=-0.4, is_found=True)],
+        chosen=SimpleNamespace(added=[]),
+    )
+
+
+def test_the_residual_is_that_of_the_output_explained_worst_and_its_spectrum_shows_its_frequency(
+    part, monkeypatch
+):
+    monkeypatch.setattr("master.diagnosis.answer.report.residual.worst_output", lambda study: 1)
+
+    over_time, spectrum = residual_charts(part)
+
+    assert [c.label for c in over_time.curves] == ["after", "before"]
+    assert over_time.y_label == "residual [N]"
+    after, before = spectrum.curves
+    assert before.x[np.argmax(before.y)] == pytest.approx(3.0, abs=1.3)  # segments of 0.8 s
+    assert after.y == pytest.approx(0.5 * before.y)
+    for figure in (residual(part), where(part)):
+        figure.savefig(io.BytesIO())
