@@ -13,8 +13,8 @@ from ring_model import Link
 from fmu_sources.composed.registry import load, modules
 from fmu_sources.export.native import generate
 from fmu_sources.export.native_flavour import NativeSources, host_binaries, native_sources, pack_native
+from master.api import prepare_to_run
 from master.experiment.experiment import Experiment
-from master.experiment.prepare import prepare
 from master.fmi.description import Kind
 
 PROJECT = Path(__file__).parents[1]
@@ -81,7 +81,7 @@ def write_case(name: str, data: dict) -> Case:
     folder.mkdir(parents=True, exist_ok=True)
     config, spec = folder / "system.yaml", folder / "system.json"
     config.write_text(yaml.safe_dump({"name": name, "stop_time": LONG, **data}), encoding="utf-8")
-    spec.write_text(json.dumps(_spec(prepare(config))), encoding="utf-8")
+    spec.write_text(json.dumps(_spec(prepare_to_run(config))), encoding="utf-8")
     return Case(name, config, spec)
 
 
@@ -93,7 +93,7 @@ def _spec(experiment: Experiment) -> dict:
     instances = experiment.system.instances
     return {
         "step_size": experiment.config.step_size,
-        "order": [list(group) for group in experiment.schedule.groups],
+        "order": [list(members) for members in experiment.schedule.members],
         "fmus": {
             name: {
                 "path": str(i.description.path),

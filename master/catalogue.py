@@ -9,7 +9,7 @@ from fmu_sources.composed import registry
 from fmu_sources.export import build
 from fmu_sources.export.native import NativeBuildError
 
-from .errors import ConfigError, expected
+from .errors import ConfigError, expected, shown
 
 Progress = Callable[[str], None]
 FLAVOURS = build.FLAVOURS
@@ -21,7 +21,7 @@ def silent(text: str) -> None:
 
 def is_path(source: str) -> bool:
     """Whether a source names a file rather than a model."""
-    return source.endswith(".fmu") or "/" in source or "\\" in source
+    return source.lower().endswith(".fmu") or "/" in source or "\\" in source
 
 
 def locate(source: str, folder: Path, flavour: str) -> Path | build.Target:
@@ -33,14 +33,27 @@ def locate(source: str, folder: Path, flavour: str) -> Path | build.Target:
     """
     if is_path(source):
         path = folder / source
-        if not path.is_file():
-            raise ConfigError([f"no such file, got {source!r}, expected an FMU at {path}"])
+        if not _is_fmu(path):
+            raise ConfigError([f"no such file, got {shown(source)}, expected an FMU at {shown(path)}"])
         return path
     try:
         return build.target(source, flavour)
     except KeyError:
         models = expected(source, registry.model_files())
-        raise ConfigError([f"no such model, got {source!r}, {models}, or a path to an FMU"]) from None
+        raise ConfigError([f"no such model, got {shown(source)}, {models}, or a path to an FMU"]) from None
+
+
+def _is_fmu(path: Path) -> bool:
+    """Whether a path is a file or a folder that an FMU was unpacked into."""
+    try:
+        return path.is_file() or (path / "modelDescription.xml").is_file()
+    except (OSError, ValueError):  # a name that no file system bears
+        return False
+
+
+def is_ready(target: Path | build.Target) -> bool:
+    """Whether nothing need be built for it."""
+    return isinstance(target, Path) or target.is_current()
 
 
 def files(targets: Mapping[str, Path | build.Target], progress: Progress) -> dict[str, Path]:

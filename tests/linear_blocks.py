@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import expm
-from stubs import Block, variables
+
+from tests.stubs import Block, variables
 
 Matrix = NDArray[np.float64]
 

@@ -15,8 +15,13 @@ PACKAGES = ("master", "fmu_sources")
 SOURCES = sorted(p for package in PACKAGES for p in (PROJECT / package).rglob("*.py"))
 NAMES = {str(p.relative_to(PROJECT)): p for p in SOURCES}
 
-LONGEST_FILE, LONGEST_BODY, MOST_PARAMETERS = 300, 40, 7
-MEETING_PLACES = ("master/catalogue.py", "master/cli/build.py", "master/diagnosis/")
+LONGEST_BODY, MOST_PARAMETERS = 40, 7
+MEETING_PLACES = (
+    "master/catalogue.py",
+    "master/cli/build.py",
+    "master/diagnosis/",
+    "master/fmi/unit_names.py",  # the one unit parser is that which writes the FMUs' units
+)
 
 Function = ast.FunctionDef | ast.AsyncFunctionDef
 
@@ -62,11 +67,6 @@ def methods_to_document(c: ast.ClassDef) -> Iterator[Function | ast.ClassDef]:
     bases = {ast.unparse(base).rpartition(".")[2] for base in c.bases}
     if not bases & DOCUMENTED_ELSEWHERE:
         yield from (m for m in public(c.body) if m.name not in documented_methods())
-
-
-@each_source
-def test_a_file_has_at_most_300_lines(name):
-    assert len(NAMES[name].read_text(encoding="utf-8").splitlines()) <= LONGEST_FILE
 
 
 @each_source

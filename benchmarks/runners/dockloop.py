@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 from measure import answer, timed
 
-from master.experiment.prepare import prepare
+from master.api import prepare_to_run
 from master.stepping.compiler import build_program
 from master.stepping.initialisation import initialise
-from master.stepping.machine.interpreter import compiled
+from master.stepping.machine.compiled import compiled
 from master.stepping.outcome import RunOptions
 from master.stepping.run import RunLoop
 from master.stepping.simulate import load
@@ -21,7 +21,7 @@ from master.system.grid import Grid
 
 def main(spec_path: str, n_steps: str) -> None:
     """Step a system and answer."""
-    experiment = prepare(Path(spec_path).with_name("system.yaml"))
+    experiment = prepare_to_run(Path(spec_path).with_name("system.yaml"))
     system, schedule = experiment.system, experiment.schedule
     slaves = {name: load(name, i.description) for name, i in system.instances.items()}
     initialise(system, schedule, slaves, 0.0)
@@ -30,7 +30,7 @@ def main(spec_path: str, n_steps: str) -> None:
     loop = RunLoop(system, grid, program, slaves, RunOptions())
     execute = compiled()
     empty = np.empty((0, len(loop.ports)))
-    execute(program.memory, loop.watch, (0.0, grid.step_size), (0, 0), empty)
+    execute(program.memory, loop.monitor, 0.0, grid.step_size, 0, 0, empty)
     seconds = timed(lambda: loop.run(execute, print_nothing))
     result = loop.recorder.result()
     assert len(result.time) == int(n_steps) + 1

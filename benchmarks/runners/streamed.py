@@ -9,7 +9,8 @@ import tempfile
 import time
 from pathlib import Path
 
-from master.experiment.prepare import Request, prepare
+from master.api import prepare_to_run
+from master.experiment.prepare import Request
 from master.recording.files import ResultFiles
 from master.stepping.outcome import RunOptions
 from master.stepping.simulate import simulate
@@ -19,7 +20,7 @@ KEPT_ROWS = 10_000
 
 def main(config: str, seconds: str) -> None:
     """Run and answer."""
-    experiment = prepare(Path(config), Request(stop_time=float(seconds)))
+    experiment = prepare_to_run(Path(config), Request(stop_time=float(seconds)))
     keep_every = -(-experiment.grid.n_ticks // KEPT_ROWS)
     with tempfile.TemporaryDirectory() as folder, ResultFiles(Path(folder)) as files:
         options = RunOptions(sink=files, keep_every=keep_every)

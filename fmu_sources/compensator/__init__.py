@@ -1,0 +1,3 @@
+"""The compensator of the paper."""
+
+RELEASED = True

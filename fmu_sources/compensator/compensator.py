@@ -24,19 +24,19 @@ Valid    Linear contact. Singly the parameters are not identifiable from one osc
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 from ..framework.arithmetic import Arithmetic
 from ..framework.model import Delay, Model, Slot, SlotFunction, Terminal, Values, no_effect
 from ..framework.variables import declare
-from . import kalman, rls
 from .contact_force import correction
 from .difference import attributes, process_parameters, weight
 from .force_lead import lead
+from .identification import LEARNING, LINEAR, identified, prior_gain
+from .identifiers.framework.recursion import diagonal
 from .phase_lead import command, design
-from .ports import INPUTS, MEMORY, OUTPUTS, PARAMETERS, PROCESS, SWITCHES, Identifier
-from .tuning import low_pass, prefilter_share, tuning
+from .ports import INPUTS, MEMORY, OUTPUTS, PARAMETERS, PROCESS, SWITCHES
+from .tuning import tuning
 
 
 class Compensator(Model):
@@ -72,16 +72,18 @@ class Compensator(Model):
     delays = (
         Delay(input="f_mea", kind="lag", seconds="fmdc_filter", reason="filter pole of the force lead"),
     )
+    linear = LINEAR
+    learning = LEARNING
     sample_time = "sample_time"
 
     def initial(self, x: Any, u: Any, p: Any, m: Arithmetic) -> Values:
         chosen = tuning(p, m)
-        gain = m.where(p.identifier == Identifier.fixed, 1.0, p.prior_gain)
+        gain = prior_gain(p, m)
         a, b, c, d, e = process_parameters(p, weight(p.difference_method, m))
         f, s, ds = u.f_mea, u.s_act - u.x, u.s_des - u.s_act
         return {
             **{"a": a, "b": b, "c": gain * c, "d": gain * d, "e": gain * e},
-            "P": kalman.diagonal(chosen.P0_ab, chosen.P0_cde),
+            "P": diagonal(chosen.P0_ab, chosen.P0_cde),
             **dict.fromkeys(("f_lead", "last_f_mea", "f_stage", "f_1", "f_2"), f),
             **dict.fromkeys(("s_stage", "s_1", "s_2"), s),
             **{"dF_1": 0.0, "dF_2": 0.0, "ds_1": ds, "ds_2": ds},
@@ -90,7 +92,7 @@ class Compensator(Model):
 
     def update(self, t: Any, x: Any, u: Any, p: Any, m: Arithmetic, slot: SlotFunction = no_effect) -> Values:
         f_lead = m.where(p.fmdc, lead(x.f_lead, x.last_f_mea, u.f_mea, p), u.f_mea)
-        Y, memory = _identified(f_lead, u.s_act - u.x, x, p, m)
+        Y, memory = identified(f_lead, u.s_act - u.x, x, p, m)
         ds = u.s_des - u.s_act
         dF = correction(Y, (x.dF_1, x.dF_2), (ds, x.ds_1, x.ds_2))
         led = command(design(p, m), x.led_command, x.last_s_des, u.s_des, p.sample_time)
@@ -113,30 +115,6 @@ class Compensator(Model):
             **{f"{name}_id": getattr(found, name) for name in ("m_e", "k_m", "c_m", "k_p", "c_p")},
             "attributes_valid": found.valid,
         }
-
-
-def _identified(f_lead: Any, s: Any, x: Any, p: Any, m: Arithmetic) -> tuple[tuple[Any, ...], Values]:
-    """Step the identifier; give Y and its memory."""
-    chosen = tuning(p, m)
-    is_rls, is_fixed = p.identifier == Identifier.rls, p.identifier == Identifier.fixed
-    share = prefilter_share(chosen.prefilter_frequency, p.sample_time, m)
-    f_stage, f = low_pass(x.f_stage, x.f_1, f_lead, share)
-    s_stage, s = low_pass(x.s_stage, x.s_1, s, share)
-    H = (x.f_1, x.f_2, -s, -x.s_1, -x.s_2)
-    factor = m.where(is_rls, rls.forgetting(x.P, p.forgetting_factor, m), 1.0)
-    P = rls.predicted(x.P, factor)
-    P = kalman.predicted(P, m.where(is_rls, 0.0, chosen.Q_ab), m.where(is_rls, 0.0, chosen.Q_cde))
-    known = (x.a, x.b, x.c, x.d, x.e)
-    Y, P = kalman.corrected(known, P, H, f, m.where(is_rls, rls.R, chosen.R), m)
-    given = process_parameters(p, weight(p.difference_method, m))
-    Y = _each(m, is_fixed, given, _each(m, p.identification_held, known, Y))
-    P = _each(m, p.identification_held, x.P, P)
-    memory = {"f_stage": f_stage, "f_1": f, "f_2": x.f_1, "s_stage": s_stage, "s_1": s, "s_2": x.s_1, "P": P}
-    return Y, memory
-
-
-def _each(m: Arithmetic, condition: Any, yes: Sequence[Any], no: Sequence[Any]) -> tuple[Any, ...]:
-    return tuple(m.where(condition, one, other) for one, other in zip(yes, no, strict=True))
 
 
 MODEL = Compensator()

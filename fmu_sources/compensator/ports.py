@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from enum import IntEnum
+from itertools import chain
 
 from ..docking_contact.equations import PARAMETERS as CONTACT_PARAMETERS
 from ..framework.variables import (
@@ -18,24 +18,16 @@ from ..framework.variables import (
     vector,
 )
 from .difference import DifferenceMethod
-from .kalman import N_COVARIANCE
+from .identifiers.framework.catalogue import IdentifierChoice, listed
+from .identifiers.framework.recursion import N_COVARIANCE
 from .phase_lead import GainConvention
 from .tuning import Preset
-
-
-class Identifier(IntEnum):
-    """Where the process parameters come from."""
-
-    kalman = 1
-    rls = 2
-    fixed = 3
-
 
 SWITCHES = declare(
     switch("fmdc", True, "Force measurement delay compensation (Eq. 14)"),
     switch("cfdc", True, "Contact force delay compensation (Eqs. 15-18)"),
     switch("dpdc", True, "Displacement phase delay compensation (Eqs. 22-24)"),
-    choice("identifier", Identifier.kalman, "Source of the process parameters"),
+    choice("identifier", IdentifierChoice(1), "Source of the process parameters"),
     choice("preset", Preset.F, "Tuning of the identifier"),
     choice("difference_method", DifferenceMethod.backward, "Difference method of Eq. 15"),
     choice("gain_convention", GainConvention.paper, "Where the phase lead has gain dpdc_gain"),
@@ -50,7 +42,7 @@ PARAMETERS = declare(
     parameter("Q_cde", 0.0, "N2/m2", "Process variance of c, d, e in one period", minimum=0.0),
     parameter("R", 1e-3, "N2", "Measurement variance of the force", above=0.0),
     parameter("prefilter_frequency", 0.0, "Hz", "Cut-off of the prefilter, 0: none", minimum=0.0),
-    parameter("forgetting_factor", 0.995, "1", "Forgetting factor of rls", above=0.0, maximum=1.0),
+    chain.from_iterable(one.parameters for one in listed()),
     parameter("T_f_hat", 0.01, "s", "Assumed time constant of the force sensor", minimum=0.0),
     parameter("fmdc_filter", 0.0, "s", "Time constant of the filter pole of the force lead", minimum=0.0),
     parameter("dpdc_phase", 0.21625, "rad", "Phase lag to compensate, phi_max", minimum=0.0, maximum=1.5),
@@ -96,6 +88,7 @@ MEMORY = declare(
         )
     ),
     vector(sampled(state("P", "1", "Covariance, upper triangle"), hidden=True), N_COVARIANCE),
+    chain.from_iterable(one.states for one in listed()),
 )
 
 OUTPUTS = declare(

@@ -16,7 +16,8 @@ Each input is a slot too, of its own name: a law of a signal on its way into the
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from functools import cached_property, partial
 from typing import Any, ClassVar
 
 from ..effects.framework.effect import Applied, Effect
@@ -28,20 +29,23 @@ from ..framework.variables import Role
 
 SEPARATOR, AND = "__", "_and_"
 EQUATIONS = ("derivatives", "outputs", "update")
-KEPT = ("slots", "delays", "sample_time", "input_hold", "substep")
 
 Arguments = tuple[Any, Any, Any, Any, Arithmetic]
 Note = Callable[[Placed, Any, Signals, Applied], None]
 
 
 class Composed(Model):
-    """A model of which some slots hold effects; made by `with_effect`."""
+    """
+    A model of which some slots hold effects; made by `with_effect`.
+
+    Its class inherits from this one and from the class of the base, so that whatever the base declares is
+    declared here as well, and overridden only where an effect changes it.
+    """
 
     base: ClassVar[Model]
     placed: ClassVar[tuple[Placed, ...]]
 
     def initial(self, x: Any, u: Any, p: Any, m: Arithmetic) -> Values:
-        starts = dict(self.base.initial(x, u, p, m))
         start = self.states.flat(x._asdict())
         seen: dict[str, Any] = {}
 
@@ -49,11 +53,19 @@ class Composed(Model):
             seen.update({f"{place.prefix}_{name}": value for name in place.effect.follows})
             seen.update(place.hold(value, s))
 
-        for _ in self.placed:
+        starts = self._start_of_base(x, u, p, m)
+        for _ in self.placed:  # each pass settles at least one more effect of those that follow another
             x = self.states.record(self.states.merged(starts | seen, start))
             for home in self._homes(lambda place: bool(place.effect.follows or place.held)):
                 self._call(home, (0.0, x, u, p, m), note)
+            if self._input_slots:
+                x = self.states.record(self.states.merged(starts | seen, start))
+                starts = self._start_of_base(x, u, p, m)
         return starts | seen
+
+    def _start_of_base(self, x: Any, u: Any, p: Any, m: Arithmetic) -> dict[str, Any]:
+        slot = partial(self._answer, "initial", (0.0, x, u, p, m), lambda *_: None)
+        return dict(self.base.initial(x, self._inputs_after_effects(u, slot), p, m))
 
     def update(self, t: Any, x: Any, u: Any, p: Any, m: Arithmetic, slot: SlotFunction = no_effect) -> Values:
         changes: dict[str, Any] = {}
@@ -88,28 +100,46 @@ class Composed(Model):
     ) -> Values:
         return self._call("outputs", (t, x, u, p, m), lambda *_: None)
 
+    def faults(self, t: Any, x: Any, u: Any, p: Any, m: Arithmetic) -> Sequence[Any]:
+        arguments = (t, x, u, p, m)
+        slot = partial(self._answer, "faults", arguments, lambda *_: None)
+        return self.base.faults(t, x, self._inputs_after_effects(u, slot), p, m)
+
     def _homes(self, condition: Callable[[Placed], bool]) -> set[str]:
         return {place.home for place in self.placed if condition(place)}
 
     def _call(self, equation: str, arguments: Arguments, note: Note) -> Values:
         t, x, u, p, m = arguments
-
-        def slot(name: str, value: Any, **signals: Any) -> Any:
-            for place in self.placed:
-                if place.slot.name != name:
-                    continue
-                s = by_role(place.slot, signals)
-                applied = place.apply(t, value, s, x, p, m)
-                if place.home == equation:
-                    note(place, value, s, applied)
-                value = applied.value
-                signals |= {roles(place.slot)[role]: new for role, new in applied.signals.items()}
-            return value
-
-        inputs = {place.slot.name for place in self.placed} & set(self.base.inputs.names)
-        u = u._replace(**{name: slot(name, getattr(u, name)) for name in inputs})
+        slot = partial(self._answer, equation, arguments, note)
+        u = self._inputs_after_effects(u, slot)
         values: Values = getattr(self.base, equation)(t, x, u, p, m, slot=slot)
         return values
+
+    def _answer(
+        self, equation: str, arguments: Arguments, note: Note, name: str, value: Any, **signals: Any
+    ) -> Any:
+        """Pass what is in a slot through its effects; those that the equation owns are noted."""
+        t, x, _, p, m = arguments
+        for place in self.placed:
+            if place.slot.name != name:
+                continue
+            s = by_role(place.slot, signals)
+            applied = place.apply(t, value, s, x, p, m)
+            if place.home == equation:
+                note(place, value, s, applied)
+            value = applied.value
+            signals |= {roles(place.slot)[role]: new for role, new in applied.signals.items()}
+        return value
+
+    def _inputs_after_effects(self, u: Any, slot: SlotFunction) -> Any:
+        """Replace the inputs that are slots of effects by what the base sees of them."""
+        return u._replace(**{name: slot(name, getattr(u, name)) for name in self._input_slots})
+
+    @cached_property
+    def _input_slots(self) -> list[str]:
+        """Inputs that are slots of effects."""
+        own = {place.slot.name for place in self.placed}
+        return [name for name in self.base.inputs.names if name in own]
 
 
 def with_effect(
@@ -136,14 +166,17 @@ def with_effect(
     before = model.placed if isinstance(model, Composed) else ()
     place = Placed(_slot_of(base, slot), effect, prefix or f"{slot}_{effect.name}", _home(base, slot))
     _check(model, place, before)
-    attributes = {name: getattr(model, name) for name in KEPT} | {
+    kind = type(base)
+    attributes = {
+        "__module__": kind.__module__,
+        "__doc__": kind.__doc__,
         "base": base,
         "placed": (*before, place),
         "name": model.name + (AND if before else SEPARATOR) + place.prefix,
         "description": f"{model.description} With {effect.name} in {slot}.",
         "variables": (*model.variables, *place.declarations(starts or {})),
     }
-    composed: Model = type("Composed", (Composed,), attributes)()
+    composed: Model = type(f"{kind.__name__}WithEffects", (Composed, kind), attributes)()
     return composed
 
 

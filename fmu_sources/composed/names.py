@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from ..effects.catalogue import effect
+from ..effects.catalogue import effect, file_of
 from ..effects.framework.effect import Effect
 from ..framework.model import Model
 from .composition import AND, SEPARATOR, all_slots, with_effect
@@ -28,8 +28,7 @@ def base_of(name: str) -> str:
 def effects_of(name: str, load: Callable[[str], Model]) -> list[str]:
     """Files of the effects that a name asks for, without ending; ValueError if a part is none."""
     base = load(base_of(name))
-    laws = [_parts(base, part)[1].name for part in _rest(name)]
-    return ["learned" if law.startswith("learned_") else law for law in laws]
+    return [file_of(_parts(base, part)[1].name) for part in _rest(name)]
 
 
 def composed(name: str, load: Callable[[str], Model]) -> Model:

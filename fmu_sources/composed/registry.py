@@ -1,9 +1,16 @@
-"""Models by name: `<room>/<name>.py` holds the model `name` as `MODEL`; others are composed by their name."""
+"""
+Models by name: `<folder>/<name>.py` holds the model `name` as `MODEL`; others are composed by their name.
+
+A folder of models says in its `__init__.py` whether the release holds them, `RELEASED = True` or `False`:
+that line makes it one, and nothing else lists it.
+"""
 
 from __future__ import annotations
 
 import ast
 import importlib
+import re
+from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
 
@@ -11,21 +18,34 @@ from ..framework.model import Model
 from .names import base_of, composed, effects_of, is_composed
 
 ROOT = Path(__file__).parents[1]
-ROOMS = (
-    "spacecraft",
-    "motion_simulator",
-    "docking_contact",
-    "force_sensor",
-    "compensator",
-    "real_docking",
-    "rigs",
-)
+_DECLARATION = re.compile(r"^RELEASED = (True|False)$", re.MULTILINE)
 
 
 def model_files() -> dict[str, Path]:
-    """Map each model's name to its file, in the order of the rooms."""
-    files = (path for room in ROOMS for path in sorted((ROOT / room).glob("*.py")))
-    return {path.stem: path for path in files if _holds_model(path)}
+    """Map each model's name to its file, folders and files in alphabetical order."""
+    return dict(_found())
+
+
+def is_released(name: str) -> bool:
+    """Whether the folder of a model says that the release holds it; KeyError if there is none."""
+    return bool(_released(model_files()[name].parent))
+
+
+@cache
+def _found() -> Mapping[str, Path]:
+    folders = sorted(path.parent for path in ROOT.glob("*/__init__.py") if _released(path.parent) is not None)
+    found: dict[str, Path] = {}
+    for path in (path for folder in folders for path in sorted(folder.glob("*.py")) if _holds_model(path)):
+        if path.stem in found:
+            raise ValueError(f"{path}: model name is taken, got {path.stem!r}, also in {found[path.stem]}")
+        found[path.stem] = path
+    return found
+
+
+def _released(folder: Path) -> bool | None:
+    """What a folder declares; None if it is no folder of models."""
+    declared = _DECLARATION.search((folder / "__init__.py").read_text(encoding="utf-8"))
+    return None if declared is None else declared[1] == "True"
 
 
 def load(name: str) -> Model:
@@ -58,7 +78,11 @@ def modules(name: str) -> tuple[Path, ...]:
 
 
 def source_files(*modules: Path) -> list[Path]:
-    """List modules of this package with all that they import from the package, sorted by path."""
+    """
+    List modules of this package with all that they import from the package, sorted by path.
+
+    One that imports a folder by its name finds the modules in it at run time: all of them belong to it.
+    """
     found: set[Path] = set()
     waiting = list(modules)
     while waiting:
@@ -81,6 +105,7 @@ def _imported(path: Path) -> tuple[Path, ...]:
     for node in ast.walk(tree):
         if isinstance(node, ast.ImportFrom) and node.level:
             folder = path.parents[node.level - 1].joinpath(*(node.module or "").split("."))
-            candidates = [folder, *(folder / alias.name for alias in node.names)]
-            found += [c.with_suffix(".py") for c in candidates if c.with_suffix(".py").is_file()]
+            named = [folder / alias.name for alias in node.names]
+            found += [c.with_suffix(".py") for c in (folder, *named) if c.with_suffix(".py").is_file()]
+            found += [module for c in named if c.is_dir() for module in sorted(c.glob("*.py"))]
     return tuple(found)

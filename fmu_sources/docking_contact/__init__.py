@@ -1,0 +1,3 @@
+"""The contact of drag mechanism, rope and manipulator."""
+
+RELEASED = True

@@ -24,7 +24,16 @@ from typing import Any
 from ..framework.arithmetic import Arithmetic
 from ..framework.model import Delay, InputHold, Model, SlotFunction, Values, no_effect
 from ..framework.variables import choice, declare, input_, output, state
-from .equations import PARAMETERS, SLOTS, acceleration, contact_force, equilibrium, rope_force, rope_stiffness
+from .equations import (
+    LINEAR,
+    PARAMETERS,
+    SLOTS,
+    acceleration,
+    contact_force,
+    equilibrium,
+    rope_force,
+    rope_stiffness,
+)
 
 HOLD_STEPS = {"interpolate": 0.0, "hold_new": -0.5, "hold_old": 0.5}
 
@@ -46,6 +55,7 @@ class DockingContact(Model):
         output("f_act", "N", "Actual contact force at the sensor"),
     )
     slots = SLOTS
+    linear = LINEAR
     delays = tuple(
         Delay(input=name, kind="hold", by="input_hold", steps=HOLD_STEPS, reason="course within a step")
         for name in ("s_act", "v_act", "v")

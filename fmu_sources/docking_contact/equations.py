@@ -14,7 +14,7 @@ from __future__ import annotations
 from typing import Any
 
 from ..framework.arithmetic import Arithmetic
-from ..framework.model import Slot, SlotFunction
+from ..framework.model import Linear, Slot, SlotFunction
 from ..framework.variables import parameter
 
 PARAMETERS = (
@@ -25,6 +25,12 @@ PARAMETERS = (
     parameter("c_p", 65.0, "N s/m", "Damping of the rope", minimum=0.0),
     parameter("k_p_amplitude", 0.0, "N/m", "Amplitude of the variation of k_p", minimum=0.0),
     parameter("k_p_frequency", 1.0, "Hz", "Frequency of the variation of k_p", minimum=0.0),
+)
+
+LINEAR = (
+    Linear(
+        "k_p_amplitude", 0.0, "a stiffness that varies with time stays at its mean", frequency="k_p_frequency"
+    ),
 )
 
 SLOTS = (

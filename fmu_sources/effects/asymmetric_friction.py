@@ -18,6 +18,8 @@ from ..framework.arithmetic import Arithmetic
 from ..framework.variables import parameter
 from .framework.common import SMOOTHING_SHARE, smoothing
 from .framework.effect import MECHANICAL, Applied, Effect
+from .framework.experiment import Experiment
+from .framework.limit import NEGLIGIBLE, Limit
 from .framework.shapes import smooth_sign
 
 
@@ -48,5 +50,20 @@ EFFECT = Effect(
     },
     needs=("velocity",),
     places=MECHANICAL,
-    made_of=("coulomb", "offset"),
+    equals_sum_of=("coulomb", "offset"),
+    shown_by=(
+        Experiment.REST_AND_SPEEDS,
+        Experiment.SLOW_REVERSALS,
+    ),
+    limits=(
+        Limit(
+            becomes="coulomb",
+            is_reached=lambda p, rms: (
+                abs(p["forward"] - p["backward"]) + abs(p["damping_difference"]) * rms.velocity
+                < NEGLIGIBLE * (p["forward"] + p["backward"])
+            ),
+            because="both directions are alike",
+            values=lambda p: {"level": 0.5 * (p["forward"] + p["backward"]), "smoothing": p["smoothing"]},
+        ),
+    ),
 )

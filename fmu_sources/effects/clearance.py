@@ -18,6 +18,8 @@ from typing import Any
 from ..framework.arithmetic import Arithmetic
 from ..framework.variables import parameter
 from .framework.effect import MECHANICAL, Applied, Effect
+from .framework.experiment import Experiment
+from .framework.limit import Limit
 from .framework.shapes import clip
 
 
@@ -38,4 +40,12 @@ EFFECT = Effect(
     scale=lambda rms: {"gap": 0.1 * rms.position, "stiffness": rms.value / rms.position},
     needs=("position",),
     places=MECHANICAL,
+    shown_by=(Experiment.WHOLE_RANGE,),
+    limits=(
+        Limit(
+            becomes=None,
+            is_reached=lambda p, rms: p["gap"] > 4.0 * rms.position,
+            because="the motion stays within the gap: a spring that is softer",
+        ),
+    ),
 )

@@ -15,6 +15,8 @@ from typing import Any
 from ..framework.arithmetic import Arithmetic
 from .framework.common import SMOOTHING_SHARE, level, smoothing
 from .framework.effect import MECHANICAL, Applied, Effect
+from .framework.experiment import Experiment
+from .framework.limit import Limit
 from .framework.shapes import smooth_sign
 
 
@@ -32,4 +34,15 @@ EFFECT = Effect(
     scale=lambda rms: {"level": 0.05 * rms.value, "smoothing": SMOOTHING_SHARE * rms.velocity},
     needs=("velocity",),
     places=MECHANICAL,
+    shown_by=(
+        Experiment.REST_AND_SPEEDS,
+        Experiment.SLOW_REVERSALS,
+    ),
+    limits=(
+        Limit(
+            becomes=None,
+            is_reached=lambda p, rms: p["smoothing"] > 3.0 * rms.velocity,
+            because="the sign is rounded over all of the motion: a damper of level / smoothing",
+        ),
+    ),
 )

@@ -14,6 +14,7 @@ from typing import Any
 from ..framework.arithmetic import Arithmetic
 from ..framework.variables import parameter
 from .framework.effect import MECHANICAL, Applied, Effect
+from .framework.experiment import Experiment
 
 
 def law(t: Any, value: Any, s: Any, x: Any, p: Any, m: Arithmetic) -> Applied:
@@ -30,4 +31,5 @@ EFFECT = Effect(
     scale=lambda rms: {"coefficient": 0.05 * rms.value / rms.position**3},
     needs=("position",),
     places=MECHANICAL,
+    shown_by=(Experiment.WHOLE_RANGE,),
 )

@@ -16,6 +16,8 @@ from ..framework.arithmetic import Arithmetic
 from ..framework.variables import parameter, state
 from .framework.common import level
 from .framework.effect import MECHANICAL, Applied, Effect
+from .framework.experiment import Experiment
+from .framework.limit import NEGLIGIBLE_WAY, Limit
 
 
 def law(t: Any, value: Any, s: Any, x: Any, p: Any, m: Arithmetic) -> Applied:
@@ -37,4 +39,18 @@ EFFECT = Effect(
     scale=lambda rms: {"level": 0.05 * rms.value, "length": 0.2 * rms.position},
     needs=("position", "velocity"),
     places=MECHANICAL,
+    shown_by=(Experiment.SLOW_REVERSALS,),
+    limits=(
+        Limit(
+            becomes="coulomb",
+            is_reached=lambda p, rms: p["length"] < NEGLIGIBLE_WAY * rms.position,
+            because="the force builds up over next to no way",
+            values=lambda p: {"level": p["level"]},
+        ),
+        Limit(
+            becomes=None,
+            is_reached=lambda p, rms: p["length"] > 20.0 * rms.position,
+            because="the force does not build up within the motion: a spring of level / length",
+        ),
+    ),
 )

@@ -14,6 +14,7 @@ from typing import Any
 from ..framework.arithmetic import Arithmetic
 from ..framework.variables import parameter
 from .framework.effect import SIGNAL, Applied, Effect
+from .framework.experiment import Experiment
 
 
 def law(t: Any, value: Any, s: Any, x: Any, p: Any, m: Arithmetic) -> Applied:
@@ -29,4 +30,5 @@ EFFECT = Effect(
     absent={"rate": 0.0},
     scale=lambda rms: {"rate": 0.05 * rms.value / rms.duration},
     places=SIGNAL,
+    shown_by=(Experiment.LONG_REST,),
 )

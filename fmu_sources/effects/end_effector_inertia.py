@@ -20,6 +20,7 @@ from typing import Any
 from ..framework.arithmetic import Arithmetic
 from ..framework.variables import parameter, state
 from .framework.effect import SIGNAL, Applied, Effect
+from .framework.experiment import Experiment
 
 T_D = 1e-3
 
@@ -45,4 +46,6 @@ EFFECT = Effect(
     scale=lambda _: {"ratio": 2e-5},
     places=SIGNAL,
     follows=("filtered",),
+    acts_like="lag",
+    shown_by=(Experiment.CHIRP,),
 )

@@ -16,6 +16,8 @@ from ..framework.arithmetic import Arithmetic
 from ..framework.variables import parameter
 from .framework.common import NEVER
 from .framework.effect import MECHANICAL, Applied, Effect
+from .framework.experiment import Experiment
+from .framework.limit import NEGLIGIBLE, Limit
 from .framework.shapes import dead_zone
 
 
@@ -36,4 +38,12 @@ EFFECT = Effect(
     scale=lambda rms: {"limit": 1.2 * rms.position, "stiffness": rms.value / rms.position},
     needs=("position",),
     places=MECHANICAL,
+    shown_by=(Experiment.WHOLE_RANGE,),
+    limits=(
+        Limit(
+            becomes=None,
+            is_reached=lambda p, rms: p["limit"] < NEGLIGIBLE * rms.position,
+            because="the stops touch everywhere: a spring",
+        ),
+    ),
 )

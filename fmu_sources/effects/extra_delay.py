@@ -21,6 +21,7 @@ from typing import Any
 from ..framework.arithmetic import Arithmetic
 from ..framework.variables import parameter, state
 from .framework.effect import SIGNAL, Applied, Effect
+from .framework.experiment import Experiment
 from .framework.shapes import larger
 
 T_MIN = 1e-3
@@ -49,4 +50,6 @@ EFFECT = Effect(
     scale=lambda _: {"dead_time": 2e-3},
     places=SIGNAL,
     follows=("filtered",),
+    acts_like="lag",
+    shown_by=(Experiment.CHIRP,),
 )

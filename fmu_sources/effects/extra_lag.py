@@ -18,6 +18,7 @@ from typing import Any
 from ..framework.arithmetic import Arithmetic
 from ..framework.variables import parameter, state
 from .framework.effect import SIGNAL, Applied, Effect
+from .framework.experiment import Experiment
 from .framework.shapes import larger
 
 T_MIN = 0.5e-3
@@ -40,4 +41,6 @@ EFFECT = Effect(
     scale=lambda _: {"time_constant": 2e-3},
     places=SIGNAL,
     follows=("lagged",),
+    acts_like="lag",
+    shown_by=(Experiment.CHIRP,),
 )

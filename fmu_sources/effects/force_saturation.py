@@ -30,4 +30,5 @@ EFFECT = Effect(
     parameters=(parameter("limit", NEVER, "{value}", "Largest size L", minimum=0.0),),
     absent={"limit": NEVER},
     scale=lambda rms: {"limit": 1.2 * rms.value},
+    probe=1.0,
 )

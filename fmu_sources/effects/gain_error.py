@@ -15,6 +15,7 @@ from typing import Any
 from ..framework.arithmetic import Arithmetic
 from ..framework.variables import parameter
 from .framework.effect import SIGNAL, Applied, Effect
+from .framework.experiment import Experiment
 
 
 def law(t: Any, value: Any, s: Any, x: Any, p: Any, m: Arithmetic) -> Applied:
@@ -30,4 +31,5 @@ EFFECT = Effect(
     absent={"error": 0.0},
     scale=lambda _: {"error": 0.05},
     places=SIGNAL,
+    shown_by=(Experiment.CHIRP,),
 )

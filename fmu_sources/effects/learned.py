@@ -194,6 +194,3 @@ def _scale(first: str, second: str, rms: Rms) -> dict[str, float]:
 def axes(name: str) -> Sequence[str]:
     """First and second axis of a learned law's name."""
     return name.removeprefix("learned_").split("_")
-
-
-EFFECT = learned("position", "velocity")

@@ -16,6 +16,7 @@ from ..framework.arithmetic import Arithmetic
 from ..framework.variables import parameter
 from .framework.common import SMOOTHING_SHARE, smoothing
 from .framework.effect import MECHANICAL, Applied, Effect
+from .framework.experiment import Experiment
 from .framework.shapes import smooth_sign
 
 
@@ -39,4 +40,5 @@ EFFECT = Effect(
     },
     needs=("velocity", "load"),
     places=MECHANICAL,
+    shown_by=(Experiment.SLOW_REVERSALS,),
 )

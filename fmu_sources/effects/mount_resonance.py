@@ -14,6 +14,7 @@ from typing import Any
 from ..framework.arithmetic import Arithmetic
 from ..framework.variables import parameter, state
 from .framework.effect import SIGNAL, Applied, Effect
+from .framework.experiment import Experiment
 
 
 def law(t: Any, value: Any, s: Any, x: Any, p: Any, m: Arithmetic) -> Applied:
@@ -41,4 +42,6 @@ EFFECT = Effect(
     scale=lambda _: {"share": 0.5, "frequency": 25.0, "damping": 0.03},
     places=SIGNAL,
     follows=("carried",),
+    acts_like="lag",
+    shown_by=(Experiment.CHIRP,),
 )

@@ -14,6 +14,7 @@ from typing import Any
 from ..framework.arithmetic import Arithmetic
 from ..framework.variables import parameter
 from .framework.effect import Applied, Effect
+from .framework.experiment import Experiment
 
 
 def law(t: Any, value: Any, s: Any, x: Any, p: Any, m: Arithmetic) -> Applied:
@@ -28,4 +29,9 @@ EFFECT = Effect(
     parameters=(parameter("offset", 0.0, "{value}", "Offset b"),),
     absent={"offset": 0.0},
     scale=lambda rms: {"offset": 0.05 * rms.value},
+    constant="offset",
+    shown_by=(
+        Experiment.REST_AND_SPEEDS,
+        Experiment.LONG_REST,
+    ),
 )

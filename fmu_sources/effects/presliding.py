@@ -19,6 +19,8 @@ from typing import Any
 from ..framework.arithmetic import Arithmetic
 from ..framework.variables import parameter, state
 from .framework.effect import MECHANICAL, Applied, Effect
+from .framework.experiment import Experiment
+from .framework.limit import NEGLIGIBLE_WAY, Limit
 from .framework.shapes import clip
 
 ROUNDING, ROUNDING_TIME = 0.01, 0.5e-3
@@ -55,4 +57,20 @@ EFFECT = Effect(
     },
     needs=("position", "velocity"),
     places=MECHANICAL,
+    shown_by=(Experiment.SLOW_REVERSALS,),
+    limits=(
+        Limit(
+            becomes="asymmetric_friction",
+            is_reached=lambda p, rms: (
+                p["forward"] + p["backward"] < NEGLIGIBLE_WAY * p["stiffness"] * rms.position
+            ),
+            because="it slides after next to no way",
+            values=lambda p: {"forward": p["forward"], "backward": p["backward"], "damping_difference": 0.0},
+        ),
+        Limit(
+            becomes=None,
+            is_reached=lambda p, rms: min(p["forward"], p["backward"]) > 4.0 * p["stiffness"] * rms.position,
+            because="it does not slide within the motion: a spring",
+        ),
+    ),
 )

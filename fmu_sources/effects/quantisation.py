@@ -13,7 +13,7 @@ from typing import Any
 
 from ..framework.arithmetic import Arithmetic
 from ..framework.variables import parameter
-from .framework.effect import SIGNAL, Applied, Effect
+from .framework.effect import SIGNAL, Applied, Effect, FirstGuess
 
 
 def law(t: Any, value: Any, s: Any, x: Any, p: Any, m: Arithmetic) -> Applied:
@@ -31,4 +31,5 @@ EFFECT = Effect(
     absent={"step": 0.0},
     scale=lambda rms: {"step": 0.02 * rms.value},
     places=SIGNAL,
+    first_guess=FirstGuess.QUANTA,
 )

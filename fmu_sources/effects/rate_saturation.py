@@ -21,6 +21,7 @@ from ..framework.arithmetic import Arithmetic
 from ..framework.variables import parameter, state
 from .framework.common import NEVER
 from .framework.effect import SIGNAL, Applied, Effect
+from .framework.experiment import Experiment
 from .framework.shapes import clip
 
 T, TAU = 1e-3, 0.2e-3
@@ -44,4 +45,6 @@ EFFECT = Effect(
     scale=lambda rms: {"limit": 5.0 * rms.value},
     places=SIGNAL,
     follows=("followed",),
+    probe=1.0,
+    shown_by=(Experiment.CHIRP,),
 )

@@ -14,7 +14,7 @@ from typing import Any
 
 from ..framework.arithmetic import Arithmetic
 from ..framework.variables import parameter
-from .framework.effect import MECHANICAL, Applied, Effect
+from .framework.effect import MECHANICAL, Applied, Effect, FirstGuess
 
 
 def law(t: Any, value: Any, s: Any, x: Any, p: Any, m: Arithmetic) -> Applied:
@@ -36,4 +36,5 @@ EFFECT = Effect(
     scale=lambda rms: {"sine": 0.05 * rms.value, "cosine": 0.05 * rms.value, "period": 0.5 * rms.position},
     needs=("position",),
     places=MECHANICAL,
+    first_guess=FirstGuess.PERIODS,
 )

@@ -16,6 +16,7 @@ from ..framework.arithmetic import Arithmetic
 from ..framework.variables import parameter
 from .framework.common import NEVER
 from .framework.effect import MECHANICAL, Applied, Effect
+from .framework.experiment import Experiment
 
 
 def law(t: Any, value: Any, s: Any, x: Any, p: Any, m: Arithmetic) -> Applied:
@@ -37,4 +38,5 @@ EFFECT = Effect(
     needs=("position",),
     places=MECHANICAL,
     variants=({"side": 1.0}, {"side": -1.0}),
+    shown_by=(Experiment.WHOLE_RANGE,),
 )

@@ -16,6 +16,8 @@ from ..framework.arithmetic import Arithmetic
 from ..framework.variables import parameter
 from .framework.common import SMOOTHING_SHARE, level, smoothing
 from .framework.effect import MECHANICAL, Applied, Effect
+from .framework.experiment import Experiment
+from .framework.limit import NEGLIGIBLE, Limit
 from .framework.shapes import smooth_sign
 
 
@@ -45,4 +47,25 @@ EFFECT = Effect(
     },
     needs=("velocity",),
     places=MECHANICAL,
+    shown_by=(Experiment.SLOW_REVERSALS,),
+    limits=(
+        Limit(
+            becomes="coulomb",
+            is_reached=lambda p, _: p["breakaway"] < NEGLIGIBLE * p["level"],
+            because="next to nothing is added near standstill",
+            values=lambda p: {"level": p["level"], "smoothing": p["smoothing"]},
+        ),
+        Limit(
+            becomes="coulomb",
+            is_reached=lambda p, rms: p["stribeck_velocity"] < max(0.1 * p["smoothing"], 1e-3 * rms.velocity),
+            because="the force falls before the motion has begun",
+            values=lambda p: {"level": p["level"], "smoothing": p["smoothing"]},
+        ),
+        Limit(
+            becomes="coulomb",
+            is_reached=lambda p, rms: p["stribeck_velocity"] > 10.0 * rms.velocity,
+            because="the force does not fall at any speed of the motion",
+            values=lambda p: {"level": p["level"] + p["breakaway"], "smoothing": p["smoothing"]},
+        ),
+    ),
 )

@@ -9,7 +9,6 @@ FMUs from sources: what is missing or stale is built, the rest is left as it is.
 
 from __future__ import annotations
 
-import tempfile
 import xml.etree.ElementTree as ET
 import zipfile
 from dataclasses import dataclass
@@ -19,6 +18,7 @@ from ..composed.registry import ROOT, load, modules
 from .manifest import read_manifest
 from .native_flavour import host_binaries, native_sources, pack_native, source_stamp
 from .python_flavour import build_python, python_sources, python_token
+from .whole_file import write_whole
 
 FMU_FOLDER = ROOT.parent / "fmus"
 FLAVOURS = ("native", "python", "fmi3")
@@ -77,14 +77,5 @@ def build(wanted: Target) -> Path:
     else:
         sources = native_sources(model, *files)
         content = pack_native(sources, host_binaries(sources), _VERSION[wanted.flavour])
-    write(wanted.path, content)
+    write_whole(wanted.path, content)
     return wanted.path
-
-
-def write(path: Path, content: bytes) -> None:
-    """Write a file in one move, so that no reader sees half of it."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.NamedTemporaryFile(dir=path.parent, suffix=".partial", delete=False) as partial:
-        partial.write(content)
-    Path(partial.name).chmod(0o644)
-    Path(partial.name).replace(path)

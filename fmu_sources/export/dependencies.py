@@ -30,6 +30,8 @@ class Label:
     def __neg__(self) -> Label:
         return self
 
+    __pos__ = __abs__ = __neg__
+
     def __bool__(self) -> bool:
         raise TypeError("the equations branch on a signal; use m.where")
 

@@ -6,6 +6,7 @@ import inspect
 import sys
 from html import escape
 
+from ..composed.composition import Composed
 from ..composed.registry import ROOT
 from ..framework.model import Model
 from ..framework.variables import Role, Variable
@@ -48,14 +49,22 @@ def documentation_files(model: Model) -> dict[str, bytes]:
 
 
 def _page(model: Model) -> str:
-    module = inspect.getdoc(sys.modules[type(model).__module__]) or ""
     tables = "\n".join(_table(model, role) for role in Role if any(_shown(model, role)))
     return _PAGE.format(
         name=escape(model.name),
         description=escape(model.description),
-        equations=escape(module),
+        equations=escape("\n\n".join(_texts(model))),
         tables=tables,
     )
+
+
+def _texts(model: Model) -> list[str]:
+    """Docstrings of the module of a model and of the effects in it."""
+    texts = [inspect.getdoc(sys.modules[type(model).__module__]) or ""]
+    for place in model.placed if isinstance(model, Composed) else ():
+        law = inspect.getdoc(sys.modules[place.effect.law.__module__]) or ""
+        texts.append(f"{place.effect.name} in {place.slot.name}\n\n{law}")
+    return texts
 
 
 def _shown(model: Model, role: Role) -> list[Variable]:

@@ -10,7 +10,7 @@ from xml.etree import ElementTree as ET
 from ..framework.model import Delay, Model
 from ..framework.variables import Role, Variable
 from .dependencies import influences
-from .units import BASE_UNITS, DISPLAY_UNITS, si_exponents
+from .units import DISPLAY_UNITS, scale_of, si_exponents
 
 TOOL = "dockloop"
 DATE = "2026-01-01T00:00:00Z"
@@ -80,12 +80,24 @@ def document(root: ET.Element) -> bytes:
 
 
 def add_coupling_facts(parent: ET.Element, model: Model) -> None:
-    """Write what the master's delay ledger asks of an FMU: which inputs reach an output, and own delays."""
+    """
+    Write what a master cannot see from outside.
+
+    Which inputs reach an output, own delays, values with which the model is linear, and when it learns.
+    """
     coupling = ET.SubElement(parent, "Coupling")
     for name, inputs in influences(model).items():
         ET.SubElement(coupling, "Influence", output=name, inputs=" ".join(inputs))
     for delay in model.delays:
         _add_delay(coupling, delay)
+    for linear in model.linear:
+        element = ET.SubElement(
+            coupling, "Linear", parameter=linear.parameter, value=str(linear.value), reason=linear.reason
+        )
+        if linear.frequency is not None:
+            element.set("frequency", linear.frequency)
+    for learning in model.learning:
+        ET.SubElement(coupling, "Learning", by=learning.by, item=learning.item, held=learning.held_by)
 
 
 def _add_delay(parent: ET.Element, delay: Delay) -> None:
@@ -115,11 +127,21 @@ def add_unit_definitions(root: ET.Element, model: Model) -> None:
     units = ET.SubElement(root, "UnitDefinitions")
     for name in used_units(model):
         unit = ET.SubElement(units, "Unit", name=name)
-        exponents = si_exponents(name)
-        ET.SubElement(unit, "BaseUnit", {b: str(exponents[b]) for b in BASE_UNITS if b in exponents})
+        ET.SubElement(unit, "BaseUnit", _base_unit(name))
         if name in DISPLAY_UNITS:
             shown, factor = DISPLAY_UNITS[name]
             ET.SubElement(unit, "DisplayUnit", name=shown, factor=repr(factor))
+
+
+def _base_unit(name: str) -> dict[str, str]:
+    """Attributes of a unit: its exponents, and factor and offset where they are not 1 and 0."""
+    scale = scale_of(name)
+    attributes = {base: str(exponent) for base, exponent in si_exponents(name).items()}
+    if scale.factor != 1:
+        attributes["factor"] = repr(float(scale.factor))
+    if scale.offset != 0:
+        attributes["offset"] = repr(float(scale.offset))
+    return attributes
 
 
 def add_log_categories(root: ET.Element) -> None:

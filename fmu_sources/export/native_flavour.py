@@ -45,7 +45,14 @@ def source_stamp(model: Model, model_file: Path, *more: Path) -> str:
     return guid(describe_fmi2(model, NATIVE, ""), *contents)
 
 
-_NOT_NATIVE = {"python_flavour.py", "python_slave.py", "build.py", "release.py", "manifest.py"}
+_NOT_NATIVE = {
+    "python_flavour.py",
+    "python_slave.py",
+    "build.py",
+    "release.py",
+    "manifest.py",
+    "whole_file.py",
+}
 
 
 def native_sources(model: Model, model_file: Path, *more: Path, token: str | None = None) -> NativeSources:

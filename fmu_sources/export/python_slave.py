@@ -43,10 +43,11 @@ class ModelSlave(Fmi2Slave):  # type: ignore[misc]
                 self.instance.check()
                 self._fresh = True
             self.instance.step(current_time, step_size)
-        except ArithmeticError as error:
-            return self._discard(f"step at t={current_time!r} s: no finite result ({error})")
         except ModelError as error:
-            return self._discard(str(error))
+            self.log(str(error), Fmi2Status.error)
+            return (
+                False  # discards the step; an exception would be fatal, and PythonFMU crash in what follows
+            )
         return True
 
     def get_real(self, vrs: list[int]) -> list[float]:
@@ -78,10 +79,6 @@ class ModelSlave(Fmi2Slave):  # type: ignore[misc]
             self._refuse_bad_values()
             self.instance.initialise(self._start_time)
             self._fresh = True
-
-    def _discard(self, message: str) -> bool:
-        self.log(message, Fmi2Status.discard)
-        return False
 
     def _refuse_bad_values(self) -> None:
         """Raise, which PythonFMU turns into a fatal status, after the message has gone to the logger."""

@@ -5,19 +5,19 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from ..composed.registry import load, model_files
+from ..composed.registry import is_released, load, model_files
 from ..framework.model import Model
-from .build import FMU_FOLDER, release_path, write
+from .build import FMU_FOLDER, release_path
 from .manifest import NAME, Entry, manifest, read_manifest
 from .native_flavour import content_digest, native_sources, pack_native, release_binaries, source_stamp
+from .whole_file import write_whole
 
-ROOMS = ("spacecraft", "motion_simulator", "docking_contact", "force_sensor", "compensator", "real_docking")
 _VERSIONS = {"native": "2.0", "fmi3": "3.0"}
 
 
 def release_models() -> list[str]:
     """Models that the release holds."""
-    return [name for name, path in model_files().items() if path.parent.name in ROOMS]
+    return [name for name in model_files() if is_released(name)]
 
 
 def release_files(folder: Path = FMU_FOLDER) -> Iterator[tuple[dict[Path, bytes], dict[str, Entry]]]:
@@ -45,8 +45,8 @@ def _entry(model: Model, file: Path, recorded: Entry | None) -> Entry:
 def write_release(files: dict[Path, bytes], entries: dict[str, Entry], folder: Path = FMU_FOLDER) -> None:
     """Put a release in its place, with its manifest."""
     for path, content in files.items():
-        write(path, content)
-    write(folder / NAME, manifest(files, entries, folder))
+        write_whole(path, content)
+    write_whole(folder / NAME, manifest(files, entries, folder))
 
 
 def differences(files: dict[Path, bytes], entries: dict[str, Entry], folder: Path = FMU_FOLDER) -> list[Path]:

@@ -1,0 +1,3 @@
+"""The force sensor: lag, offset and noise."""
+
+RELEASED = True

@@ -1,4 +1,9 @@
-"""The mathematics namespace `m` that the equations are written on, for plain Python numbers."""
+"""
+The mathematics namespace `m` that the equations are written on, for plain Python numbers.
+
+Three other namespaces answer alike: `array_arithmetic` for NumPy arrays, `export.native.casadi_arithmetic`
+for symbols that become C, `export.dependencies` for labels that remember where a number came from.
+"""
 
 from __future__ import annotations
 
@@ -41,7 +46,7 @@ class PythonArithmetic:
 
     @staticmethod
     def floor(x: float) -> float:
-        """Largest whole number not above x, as a float."""
+        """Largest integer not above x, as a float."""
         return float(math.floor(x))
 
     @staticmethod
@@ -57,7 +62,7 @@ class PythonArithmetic:
     @staticmethod
     def pick(values: Sequence[Any], index: float) -> Any:
         """Element at a computed place; past either end the last one on that side."""
-        return values[min(max(int(index), 0), len(values) - 1)]
+        return values[int(min(index, len(values) - 1))] if index > 0 else values[0]
 
 
 PYTHON = PythonArithmetic()

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from .arithmetic import PYTHON, PythonArithmetic
-from .integrate import n_substeps, runge_kutta_4
+from .integrate import MOST_SAMPLES, MOST_SUBSTEPS, n_substeps, runge_kutta_4
 from .model import Fault, InputHold, Model
 from .variables import Role
 
@@ -78,7 +78,13 @@ class Instance:
         self._refuse_non_finite(t)
 
     def step(self, t: float, h: float) -> None:
-        """Step from t to t + h [s]; h must hold a whole number of sampling periods."""
+        """
+        Step from t to t + h [s].
+
+        Raises:
+            ModelError: If h is not positive, holds no integer number of sampling periods, or too many parts;
+                if an input breaks a rule or the model calls the result a fault.
+        """
         self.check_inputs()
         n_samples, period = self._samples_of(h)
         self._guarded(self._advance, t, h, n_samples, period)
@@ -129,9 +135,27 @@ class Instance:
         return kind.record(self.values[place])
 
     def _samples_of(self, h: float) -> tuple[int, float]:
+        if not 0.0 < h < math.inf:
+            raise ModelError(f"communication step: not a positive number, got {h!r} s, expected above 0.0 s")
+        n, period = self._periods_of(h)
+        longest = self.model.substep
+        is_endless = not period / longest <= MOST_SUBSTEPS + 0.5
+        if self.model.n_continuous and (is_endless or n * n_substeps(period, longest) > MOST_SUBSTEPS):
+            raise ModelError(
+                f"communication step: too long, got {h!r} s, expected at most {MOST_SUBSTEPS} substeps of "
+                f"{longest!r} s"
+            )
+        return n, period
+
+    def _periods_of(self, h: float) -> tuple[int, float]:
         if self.model.sample_time is None:
             return 1, h
         period = self[self.model.sample_time]
+        if not h / period < MOST_SAMPLES + 0.5:
+            raise ModelError(
+                f"communication step: too long for {self.model.sample_time}, got {h!r} s, "
+                f"expected at most {MOST_SAMPLES} sampling periods of {period!r} s"
+            )
         n = round(h / period)
         if n < 1 or abs(n * period - h) > RELATIVE_STEP_TOLERANCE * h:
             raise ModelError(

@@ -13,6 +13,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
+MOST_SAMPLES = 10_000
+"""Sampling periods that a communication step may hold: more is a wrong number, and takes for ever."""
+
+MOST_SUBSTEPS = 1_000_000
+"""Substeps that a communication step may take, in all its sampling periods."""
+
 RightHandSide = Callable[[float, list[float]], list[float]]
 
 

@@ -75,6 +75,30 @@ class Delay:
 
 
 @dataclass(frozen=True)
+class Linear:
+    """
+    A parameter's value with which the model is linear and constant in time, for an analysis.
+
+    `value` is a number or an item of a choice; `reason` says what the analysis then leaves out. With another
+    value the model varies with time if it names a `frequency`: the parameter [Hz] by which it repeats itself.
+    """
+
+    parameter: str
+    value: float | str
+    reason: str
+    frequency: str | None = None
+
+
+@dataclass(frozen=True)
+class Learning:
+    """With the item of the choice `by` the model learns as it runs, until the Boolean `held_by` is set."""
+
+    by: str
+    item: str
+    held_by: str
+
+
+@dataclass(frozen=True)
 class Fault:
     """What ends a run: the variable whose value shows it, what is wrong, what is expected of the value."""
 
@@ -89,18 +113,26 @@ def no_effect(name: str, value: Any, **signals: Any) -> Any:
 
 
 class Model:
-    """Base of every model; a subclass declares the class attributes and overrides the equations it has."""
+    """
+    Base of every model; a subclass declares the class attributes and overrides the equations it has.
+
+    `substep` [s] is the longest step of the integration. `accuracy` is the largest error of the outputs with
+    it, relative to the largest value of each; None where it is that of the arithmetic or of slow equations.
+    """
 
     name: ClassVar[str]
     description: ClassVar[str]
     variables: ClassVar[tuple[Variable, ...]]
     slots: ClassVar[tuple[Slot, ...]] = ()
     delays: ClassVar[tuple[Delay, ...]] = ()
+    linear: ClassVar[tuple[Linear, ...]] = ()
+    learning: ClassVar[tuple[Learning, ...]] = ()
     terminals: ClassVar[tuple[Terminal, ...]] = ()
     fault_texts: ClassVar[tuple[Fault, ...]] = ()
     sample_time: ClassVar[str | None] = None
     input_hold: ClassVar[str | None] = None
     substep: ClassVar[float] = 0.2e-3
+    accuracy: ClassVar[float | None] = None
 
     def initial(self, x: Any, u: Any, p: Any, m: Arithmetic) -> Values:
         """States that follow from inputs and parameters at the start; the others keep their start value."""

@@ -1,0 +1,3 @@
+"""The motion simulator: a hexapod, and one linear axis."""
+
+RELEASED = True

@@ -1,0 +1,3 @@
+"""The docking of the two bodies in space, for comparison."""
+
+RELEASED = True

@@ -21,6 +21,7 @@ from __future__ import annotations
 from typing import Any
 
 from ..docking_contact.equations import (
+    LINEAR,
     PARAMETERS,
     SLOTS,
     acceleration,
@@ -51,6 +52,7 @@ class RealDocking(Model):
         output("f", "N", "Contact force on the spacecraft"),
     )
     slots = SLOTS
+    linear = LINEAR
     delays = (Delay(input="v", kind="hold", steps=-0.5, reason="the value set before the step is held"),)
 
     def initial(self, x: Any, u: Any, p: Any, m: Arithmetic) -> Values:

@@ -1,0 +1,3 @@
+"""Small models of the rigs that measured data come from."""
+
+RELEASED = False

@@ -1,0 +1,3 @@
+"""The mass of the spacecraft."""
+
+RELEASED = True

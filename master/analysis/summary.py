@@ -7,12 +7,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from master.analysis.closed_loop.along_a_run import LinearityAlongRun, along
+from master.analysis.closed_loop.along_a_run import LinearityAlongRun, linearity_along_run
 from master.analysis.closed_loop.linearise import Assumption, Linearisation
-from master.analysis.closed_loop.tick_matrix import Coupled
+from master.analysis.closed_loop.tick_matrix import LinearSystem
 from master.analysis.measures.margins import Margin, margins
 from master.analysis.measures.poles import Pole, dominant, growth_rate, nearest, poles
 from master.evaluation.modes import Mode
+from master.experiment.experiment import Experiment
+from master.stepping.simulate import SlaveFactory, load
 
 SHOWN_MISFIT = 1e-5
 SHOWN_CURVATURE = 1e-3
@@ -27,7 +29,7 @@ class Analysis:
     run, poles and margins those under the assumptions.
     """
 
-    coupled: Coupled
+    coupled: LinearSystem
     assumptions: tuple[Assumption, ...]
     poles: tuple[Pole, ...]
     dominant: Pole | None
@@ -82,21 +84,31 @@ class Analysis:
         }
 
 
-def judge(coupled: Coupled, linearisation: Linearisation) -> Analysis:
+def analyse(experiment: Experiment, factory: SlaveFactory = load) -> Analysis:
+    """
+    Linearise, couple and judge a system.
+
+    Raises:
+        FmuError: If an FMU fails, or cannot save its state.
+    """
+    linearisation = Linearisation(experiment, factory, after_run=True)
+    return judge(linearisation.coupled(), linearisation)
+
+
+def judge(coupled: LinearSystem, linearisation: Linearisation) -> Analysis:
     """
     Find poles and margins of a coupled system.
 
     Raises:
         FmuError: If an FMU fails in a run, or cannot save its state.
     """
-    config = linearisation.experiment.config
-    compare = config.compare
+    compare = linearisation.experiment.compare
     signal = None if compare is None else compare.signal
-    found = poles(coupled, signal, config.stop_time - config.start_time)
+    found = poles(coupled, signal, linearisation.experiment.duration)
     best = dominant(found)
     reference = None
     if compare is not None and compare.reference is not None and best is not None:
-        name = compare.reference.partition(".")[0]
+        name = compare.reference.instance
         period = coupled.step_size * coupled.schedule.every[name]
         reference = nearest(coupled.parts[name].system, period, best)
     frozen = Analysis(
@@ -108,7 +120,8 @@ def judge(coupled: Coupled, linearisation: Linearisation) -> Analysis:
         growth_rate=growth_rate(coupled),
         margins=tuple(margins(coupled)),
     )
-    return _along_its_run(frozen, along(linearisation, coupled) if linearisation.after_run else None)
+    found_along = linearity_along_run(linearisation, coupled) if linearisation.after_run else None
+    return _along_its_run(frozen, found_along)
 
 
 def _along_its_run(frozen: Analysis, found: LinearityAlongRun | None) -> Analysis:

@@ -15,12 +15,23 @@ from master.analysis.measures.map_plot import plot_map
 from master.analysis.measures.sweep import Axis, StabilityMap, parse_axis, stability_map
 from master.analysis.measures.zeros import zeros
 from master.analysis.summary import judge, lines, pole_dict
-from master.docking.conventions import CONVENTIONS
+from master.api import prepare_to_run
 from master.errors import ConfigError, expected
 from master.experiment.experiment import Experiment
-from master.experiment.prepare import Request, prepare
+from master.experiment.prepare import Request
 
-from .common import CONFIG, FLAVOUR, JSON, SET, STDERR, VARIANT, answers_errors, print_json, show_building
+from .common import (
+    CONFIG,
+    FLAVOUR,
+    JSON,
+    SET,
+    STDERR,
+    STEP_SIZE,
+    VARIANT,
+    answers_errors,
+    print_json,
+    show_building,
+)
 
 
 @click.command()
@@ -35,6 +46,7 @@ from .common import CONFIG, FLAVOUR, JSON, SET, STDERR, VARIANT, answers_errors,
     help="Stability over one or two parameters, or delays of connected inputs; writes a PNG.",
 )
 @click.option("--zeros", "pair", metavar="INPUT:OUTPUT", help="Zeros from a connected input to an output.")
+@STEP_SIZE
 @FLAVOUR
 @click.option(
     "--output",
@@ -54,14 +66,14 @@ def analyse(
 ) -> None:
     """Poles, damping, and how much more delay and gain each connection of CONFIG bears."""
     request = Request(**options)
-    experiment = prepare(config, request, show_building)
+    experiment = prepare_to_run(config, request, show_building)
     if len(sweeps) > 2:
         raise ConfigError([f"--sweep: too many, got {len(sweeps)}, expected one or two"])
-    linearisation = Linearisation(experiment, CONVENTIONS, after_run=True)
-    title = " / ".join(filter(None, (experiment.config.name, request.variant)))
-    answer: dict[str, Any] = {"name": experiment.config.name, "variant": request.variant}
+    linearisation = Linearisation(experiment, after_run=True)
+    title = " / ".join(filter(None, (experiment.name, request.variant)))
+    answer: dict[str, Any] = {"name": experiment.name, "variant": request.variant}
     if sweeps:
-        folder = output or Path("results") / experiment.config.name / (request.variant or "default")
+        folder = output or Path("results") / experiment.name / (request.variant or "default")
         found = _sweep(linearisation, sweeps)
         folder.mkdir(parents=True, exist_ok=True)
         answer |= _map_dict(found) | {"plot": str(plot_map(found, title, folder / "stability.png"))}

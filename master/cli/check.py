@@ -8,28 +8,31 @@ from typing import Any
 import click
 
 from master.experiment.prepare import Request, prepare
+from master.fmi.unpacked import require_runnable
 
-from .common import CONFIG, FLAVOUR, JSON, SET, VARIANT, answers_errors, print_json, show_building
+from .common import CONFIG, FLAVOUR, JSON, SET, STEP_SIZE, VARIANT, answers_errors, print_json, show_building
 
 
 @click.command()
 @CONFIG
 @VARIANT
 @SET
+@STEP_SIZE
 @FLAVOUR
 @JSON
 @answers_errors
 def check(config: Path, as_json: bool, **options: Any) -> None:
     """Validate CONFIG: every fault at once, or one line that says what is in it."""
     experiment = prepare(config, Request(**options), show_building)
+    require_runnable(i.description for i in experiment.system.instances.values())
     counts = {
         "fmus": len(experiment.system.instances),
         "connections": len(experiment.system.wires),
-        "variants": len(experiment.config.variants),
+        "variants": experiment.n_variants,
         "steps": experiment.grid.n_ticks,
     }
     if as_json:
-        print_json({"name": experiment.config.name, "status": "valid", **counts, "notes": experiment.notes})
+        print_json({"name": experiment.name, "status": "valid", **counts, "notes": experiment.notes})
         return
     click.echo(f"{config}: valid, " + ", ".join(f"{n} {what}" for what, n in counts.items()))
     for note in experiment.notes:

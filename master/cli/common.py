@@ -19,7 +19,14 @@ CONFIG = click.argument("config", type=click.Path(path_type=Path))
 JSON = click.option("--json", "as_json", is_flag=True, help="Print one JSON object and nothing else.")
 VARIANT = click.option("--variant", metavar="V", help="Take a named variant of the system.")
 SET = click.option(
-    "--set", "assignments", multiple=True, metavar="FMU.PARAMETER=VALUE", help="Set a value; may be repeated."
+    "--set",
+    "assignments",
+    multiple=True,
+    metavar="FMU.PARAMETER=VALUE",
+    help="Set a value; may be repeated for other signals.",
+)
+STEP_SIZE = click.option(
+    "--step-size", type=float, metavar="H", help="Step by H seconds instead of the file's step size."
 )
 FLAVOUR = click.option(
     "--flavour",

@@ -13,7 +13,7 @@ from master.errors import ConfigError
 from master.experiment.prepare import Request, prepare
 from master.system.config import PhaseLead
 
-from .common import CONFIG, FLAVOUR, JSON, SET, VARIANT, answers_errors, print_json, show_building
+from .common import CONFIG, FLAVOUR, JSON, SET, STEP_SIZE, VARIANT, answers_errors, print_json, show_building
 
 
 @click.command("design-dpdc")
@@ -32,6 +32,7 @@ from .common import CONFIG, FLAVOUR, JSON, SET, VARIANT, answers_errors, print_j
     type=click.Choice(["paper", "plant"]),
     help="Gain of the lead at its frequency: 1 (paper), or what undoes the plant's attenuation.",
 )
+@STEP_SIZE
 @FLAVOUR
 @JSON
 @answers_errors
@@ -40,15 +41,15 @@ def design_dpdc(
 ) -> None:
     """Design the displacement phase delay compensation of CONFIG: alpha, T, K, and what it leaves."""
     experiment = prepare(config, Request(**options), show_building)
-    wanted = experiment.config.dpdc or PhaseLead(design="auto")
+    wanted = experiment.phase_lead or PhaseLead(design="auto")
     ranges = {str(key): span for key, span in wanted.ranges.items()} | dict(map(_span, spans))
     amplitude = amplitude or wanted.amplitude
     found = design(experiment, wanted.model_copy(update={"ranges": ranges, "amplitude": amplitude}))
     if as_json:
-        about = {"name": experiment.config.name, "fmu": wanted.fmu, "amplitude": amplitude}
+        about = {"name": experiment.name, "fmu": wanted.fmu, "amplitude": amplitude}
         print_json(about | found.as_dict())
         return
-    click.echo("\n".join([f"{experiment.config.name}: phase lead of {wanted.fmu}", *_lines(found)]))
+    click.echo("\n".join([f"{experiment.name}: phase lead of {wanted.fmu}", *_lines(found)]))
 
 
 def _span(text: str) -> tuple[str, tuple[float, float]]:

@@ -25,7 +25,7 @@ def diagnose(case: Path, output: Path | None, as_json: bool) -> None:
     except ImportError as error:
         raise ConfigError([f"diagnose: got no {error.name}, expected pip install -e '.[native]'"]) from None
     folder = output or Path("results") / "diagnosis" / case.stem
-    columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
+    columns = (SpinnerColumn(), TextColumn("{task.description}", markup=False), TimeElapsedColumn())
     with Progress(*columns, console=STDERR, transient=True) as bar:
         task = bar.add_task(case.stem)
 

@@ -12,13 +12,14 @@ from master.coupling.ledger import Entry, Ledger
 from master.experiment.experiment import Experiment
 from master.experiment.prepare import Request, prepare
 
-from .common import CONFIG, FLAVOUR, JSON, SET, VARIANT, answers_errors, print_json, show_building
+from .common import CONFIG, FLAVOUR, JSON, SET, STEP_SIZE, VARIANT, answers_errors, print_json, show_building
 
 
 @click.command()
 @CONFIG
 @VARIANT
 @SET
+@STEP_SIZE
 @FLAVOUR
 @JSON
 @answers_errors
@@ -35,9 +36,9 @@ def explain(config: Path, as_json: bool, **options: Any) -> None:
 def _as_dict(experiment: Experiment) -> dict[str, Any]:
     ledger = experiment.ledger
     return {
-        "name": experiment.config.name,
-        "step_size": experiment.config.step_size,
-        "order": [list(group) for group in experiment.schedule.groups],
+        "name": experiment.name,
+        "step_size": experiment.grid.step_size,
+        "order": [list(members) for members in experiment.schedule.members],
         "connections": [_entry_dict(e) for e in ledger.entries],
         "loops": [{"path": p.path, "steps": p.steps, "seconds": p.seconds} for p in ledger.loops],
         "loops_complete": ledger.complete,
@@ -61,11 +62,11 @@ def _entry_dict(e: Entry) -> dict[str, Any]:
 
 
 def _lines(experiment: Experiment) -> list[str]:
-    step = experiment.config.step_size
-    lines = [f"{experiment.config.name}: one tick is {1e3 * step:g} ms, stepped in this order"]
+    step = experiment.grid.step_size
+    lines = [f"{experiment.name}: one tick is {1e3 * step:g} ms, stepped in this order"]
     for i, group in enumerate(experiment.schedule.groups, start=1):
-        rates = [n for n in (experiment.schedule.every[name] for name in group) if n > 1]
-        lines.append(f"  {i}. {' | '.join(group)}" + (f"   every {rates[0]} ticks" if rates else ""))
+        rates = [n for n in (experiment.schedule.every[name] for name in group.members) if n > 1]
+        lines.append(f"  {i}. {group}" + (f"   every {rates[0]} ticks" if rates else ""))
     lines += ["", "Delay of each connection: age of the value when it is used, and what its target adds"]
     lines += _table(experiment.ledger) + _loop_lines(experiment.ledger)
     algebraic = algebraic_loops(experiment.system, experiment.schedule)

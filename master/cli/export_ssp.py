@@ -2,27 +2,31 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
 import click
 
-from master.experiment.prepare import Request, prepare
+from master.api import prepare_to_run
+from master.experiment.prepare import Request
 from master.ssp.export import write_ssp
 
-from .common import CONFIG, FLAVOUR, SET, VARIANT, answers_errors, show_building
+from .common import CONFIG, FLAVOUR, SET, STEP_SIZE, VARIANT, answers_errors, show_building
 
 
 @click.command("export-ssp")
 @CONFIG
 @VARIANT
 @SET
+@STEP_SIZE
 @FLAVOUR
 @click.option("--output", type=click.Path(path_type=Path), metavar="FILE", help="The archive to write.")
 @answers_errors
 def export_ssp(config: Path, output: Path | None, **options: Any) -> None:
     """Write CONFIG with its FMUs as an SSP archive; `dockloop run` reads it back."""
-    experiment = prepare(config, Request(**options), show_building)
-    parts = filter(None, (experiment.config.name, experiment.variant))
-    path = write_ssp(experiment, output or Path("results") / f"{'-'.join(parts)}.ssp")
+    experiment = prepare_to_run(config, Request(**options), show_building)
+    parts = filter(None, (experiment.name, experiment.variant))
+    name = re.sub(r"[^\w. -]", "_", "-".join(parts)).lstrip(".") or "system"
+    path = write_ssp(experiment, output or Path("results") / f"{name[:200]}.ssp")
     click.echo(f"{path}: {len(experiment.system.instances)} FMUs, {len(experiment.system.wires)} connections")

@@ -32,7 +32,12 @@ _STYLES = {HOLDS: "green", CONDITION: "yellow", FAILS: "red"}
 @answers_errors
 def reproduce(output: Path, as_json: bool) -> None:
     """Reproduce the paper: runs of the FMUs for each figure and claim, judged, on one page."""
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    columns = (
+        TextColumn("{task.description}", markup=False),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeElapsedColumn(),
+    )
     with Progress(*columns, console=STDERR) as bar:
 
         def stage(name: str, total: int) -> Callable[[int], None]:

@@ -12,10 +12,11 @@ from typing import Any
 import click
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
+from master.api import prepare_to_run
 from master.errors import EXIT_DIVERGED, EXIT_FMU
 from master.evaluation.report import Report, save_run, summary_lines
 from master.experiment.experiment import Experiment
-from master.experiment.prepare import Request, prepare
+from master.experiment.prepare import Request
 from master.recording.files import ResultFiles
 from master.stepping import simulate
 from master.stepping.outcome import (
@@ -30,7 +31,18 @@ from master.stepping.outcome import (
 )
 from master.stepping.pacing import CONTINUE, STOP, Pacer
 
-from .common import CONFIG, FLAVOUR, JSON, SET, STDERR, VARIANT, answers_errors, print_json, show_building
+from .common import (
+    CONFIG,
+    FLAVOUR,
+    JSON,
+    SET,
+    STDERR,
+    STEP_SIZE,
+    VARIANT,
+    answers_errors,
+    print_json,
+    show_building,
+)
 
 _EXIT = {
     COMPLETED: 0,
@@ -44,9 +56,13 @@ _ROWS_IN_MEMORY = 100_000
 _SECONDS_A_LOOK = 0.1
 
 
-def _finite(_: click.Context, __: click.Parameter, value: float | None) -> float | None:
-    if value is not None and not math.isfinite(value):
-        raise click.BadParameter(f"not a finite number, got {value}")
+SLOWEST = 1e-6
+FASTEST = 1e9
+
+
+def _pace(_: click.Context, __: click.Parameter, value: float | None) -> float | None:
+    if value is not None and not SLOWEST <= value <= FASTEST:
+        raise click.BadParameter(f"not a pace, got {value:g}, expected from {SLOWEST:g} to {FASTEST:g}")
     return value
 
 
@@ -55,6 +71,7 @@ def _finite(_: click.Context, __: click.Parameter, value: float | None) -> float
 @VARIANT
 @SET
 @click.option("--stop-time", type=float, metavar="T", help="Stop at T seconds instead of the file's time.")
+@STEP_SIZE
 @FLAVOUR
 @click.option(
     "--output",
@@ -64,10 +81,10 @@ def _finite(_: click.Context, __: click.Parameter, value: float | None) -> float
 )
 @click.option(
     "--real-time",
-    type=click.FloatRange(min=0.0, min_open=True),
+    type=float,
     is_flag=False,
     flag_value=1.0,
-    callback=_finite,
+    callback=_pace,
     metavar="[FACTOR]",
     help="Pace the ticks on the clock, FACTOR simulated seconds a second (1).",
 )
@@ -84,8 +101,8 @@ def run(config: Path, output: Path | None, as_json: bool, **options: Any) -> Non
     """Step the system that CONFIG describes and save what it computes."""
     factor, on_overrun = options.pop("real_time"), options.pop("on_overrun")
     request = Request(**options)
-    experiment = prepare(config, request, show_building)
-    folder = output or Path("results") / experiment.config.name / (request.variant or "default")
+    experiment = prepare_to_run(config, request, show_building)
+    folder = output or Path("results") / experiment.name / (request.variant or "default")
     pacer = None if factor is None else Pacer(factor, on_overrun)
     long = experiment.grid.n_ticks > _ROWS_IN_MEMORY
     with ResultFiles(folder) if long else nullcontext() as streamed:
@@ -96,7 +113,7 @@ def run(config: Path, output: Path | None, as_json: bool, **options: Any) -> Non
 
 def _simulate(experiment: Experiment, pacer: Pacer | None, sink: ResultFiles | None) -> Outcome:
     columns = (
-        TextColumn("{task.description}"),
+        TextColumn("{task.description}", markup=False),
         BarColumn(),
         TextColumn("{task.fields[t]}"),
         TimeRemainingColumn(),
@@ -104,13 +121,14 @@ def _simulate(experiment: Experiment, pacer: Pacer | None, sink: ResultFiles | N
     grid = experiment.grid
     options = RunOptions(
         limits=experiment.limits,
+        compared=experiment.compared,
         scenario=experiment.scenario,
         pacer=pacer,
         sink=sink,
         keep_every=1 if sink is None else math.ceil(grid.n_ticks / _ROWS_IN_MEMORY),
     )
     with Progress(*columns, console=STDERR, transient=True) as bar:
-        task = bar.add_task(experiment.config.name, total=grid.n_ticks, t="")
+        task = bar.add_task(experiment.name, total=grid.n_ticks, t="")
         done, shown = 0, 0.0
 
         def advance(ticks: int) -> None:

@@ -44,12 +44,8 @@ class AlgebraicLoop:
 
 def algebraic_loops(system: System, schedule: Schedule) -> list[AlgebraicLoop]:
     """Find the algebraic loops of a scheduled system."""
-    found = islice(closed_paths(system, _hands_through), MOST_LOOPS)
+    found = islice(closed_paths(system, Description.hands_through), MOST_LOOPS)
     return [_loop(schedule, [system.wires[i] for i in path]) for path in found]
-
-
-def _hands_through(description: Description, input_name: str, output_name: str) -> bool:
-    return input_name in description.feedthrough.get(output_name, ())
 
 
 def _loop(schedule: Schedule, wires: list[Wire]) -> AlgebraicLoop:

@@ -2,8 +2,9 @@
 The delay ledger: how old each value is when it is used, for every connection and every loop.
 
 `steps` is what the coupling adds: the number of rows between the row in which a value appears at
-its source and the row whose outputs of the target hang on it (0 if the source steps before the
-target, 1 if not; plus the connection's delay; an FMU at every n-th tick makes it a range). A mark
+its source and the row whose outputs of the target depend on it (0 if the source steps before the
+target, 1 if not, within a group what its method says; plus the connection's delay; an FMU at every
+n-th tick, or a window of ticks, makes it a range). A mark
 sent through a connection shows exactly this number. `own` is what the target declares of itself
 beyond that: the way it holds an input, its integrator, dead time, lag.
 """
@@ -17,6 +18,7 @@ from math import gcd
 from master.fmi.description import DeclaredDelay, Description
 from master.system.graph import Instance, System, Wire
 
+from . import extrapolation
 from .loops import closed_paths
 from .schedule import Schedule
 
@@ -96,16 +98,13 @@ def make_ledger(system: System, schedule: Schedule, step_size: float) -> Ledger:
 
 def steps_of(schedule: Schedule, wire: Wire) -> tuple[int, int]:
     """Least and largest age in steps that the coupling gives a connection."""
-    source, target = wire.source.instance, wire.target.instance
-    group_source, group_target = schedule.group_of(source), schedule.group_of(target)
-    base = 0 if schedule.is_iterated(wire) or group_source < group_target else 1
-    every_source, every_target = schedule.every[source], schedule.every[target]
-    return _rates(base + wire.delay, every_source, every_target)
+    every_source, every_target = schedule.every[wire.source.instance], schedule.every[wire.target.instance]
+    return _rates(schedule.age(wire) + wire.delay, every_source, every_target)
 
 
 def _rates(base: int, source: int, target: int) -> tuple[int, int]:
     """
-    Range of ages over one common period of the two rates: a value stands until its source's next step.
+    Range of ages over one common period of the two rates: a value is held until its source's next step.
 
     The target uses at row k, a multiple of its rate, the value of row k - base, whose source stepped
     (k - base) mod source rows before; k runs through all multiples of the common divisor of the rates.
@@ -125,8 +124,8 @@ def _entry(system: System, schedule: Schedule, wire: Wire, step_size: float) -> 
     )
     shown = tuple(o for o in own if o.seconds)
     if wire.extrapolation:
-        reason = f"polynomial of order {wire.extrapolation} through the last values"
-        shown += (OwnDelay("extrapolation", -step_size * target.every, reason),)
+        gained = extrapolation.gained_steps(wire.extrapolation) * target.every * step_size
+        shown += (OwnDelay("extrapolation", -gained, extrapolation.reason(wire.extrapolation)),)
     return Entry(wire.source.name, wire.target.name, least, most, step_size, shown)
 
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from functools import cache
 
 from master.fmi.description import Description
 from master.system.graph import System, Wire
 
+Follows = Callable[[int], Sequence[int]]
 Passes = Callable[[Description, str, str], bool]
 
 
@@ -23,10 +25,12 @@ def closed_paths(system: System, passes: Passes) -> Iterator[tuple[int, ...]]:
     leaving: dict[str, list[int]] = {}
     for i, wire in enumerate(wires):
         leaving.setdefault(wire.source.instance, []).append(i)
-    follows = {
-        i: [j for j in leaving.get(wire.target.instance, ()) if _follows(system, wire, wires[j], passes)]
-        for i, wire in enumerate(wires)
-    }
+
+    @cache  # many paths are never looked at: the caller may have seen enough after some
+    def follows(i: int) -> list[int]:
+        wire = wires[i]
+        return [j for j in leaving.get(wire.target.instance, ()) if _follows(system, wire, wires[j], passes)]
+
     for start in range(len(wires)):
         yield from _closed(wires, follows, start)
 
@@ -36,11 +40,9 @@ def _follows(system: System, wire: Wire, after: Wire, passes: Passes) -> bool:
     return passes(description, wire.target.variable.name, after.source.variable.name)
 
 
-def _closed(
-    wires: Sequence[Wire], follows: Mapping[int, Sequence[int]], start: int
-) -> Iterator[tuple[int, ...]]:
+def _closed(wires: Sequence[Wire], follows: Follows, start: int) -> Iterator[tuple[int, ...]]:
     """Closed paths from a wire over those that stand behind it."""
-    path, passed, ways = [start], {wires[start].source.name}, [iter(follows[start])]
+    path, passed, ways = [start], {wires[start].source.name}, [iter(follows(start))]
     while ways:
         i = next(ways[-1], None)
         if i is None:
@@ -53,16 +55,14 @@ def _closed(
         ):
             path.append(i)
             passed.add(wires[i].source.name)
-            ways.append(iter(follows[i]))
+            ways.append(iter(follows(i)))
 
 
-def _leads_back(
-    wires: Sequence[Wire], follows: Mapping[int, Sequence[int]], start: int, first: int, passed: set[str]
-) -> bool:
+def _leads_back(wires: Sequence[Wire], follows: Follows, start: int, first: int, passed: set[str]) -> bool:
     """Whether the start can be reached over signals that have not been passed."""
     seen, waiting = {first}, [first]
     while waiting:
-        for i in follows[waiting.pop()]:
+        for i in follows(waiting.pop()):
             if i == start:
                 return True
             if i > start and i not in seen and wires[i].source.name not in passed:

@@ -17,7 +17,6 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -26,19 +25,15 @@ from numpy.typing import NDArray
 
 from master.analysis.closed_loop.linearise import Linearisation, changed
 from master.analysis.measures.frequency import response_from
-from master.docking.conventions import CONVENTIONS
-from master.errors import ConfigError, expected
+from master.errors import ConfigError
 from master.experiment.experiment import Experiment
-from master.fmi.values import parse
+from master.experiment.phase_lead import LeadTask, is_switched_off, lead_task
 from master.stepping.simulate import SlaveFactory, load
-from master.system.config import Compare, PhaseLead
-from master.system.graph import Wire
+from master.system.config import PhaseLead
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 
-PARAMETERS = ("dpdc_phase", "dpdc_frequency", "dpdc_gain")
-ATTRIBUTES = ("m_s", "m_e", "k_m", "k_p")
 _N_SHOWN = 5
 _STEEPEST = 1.5
 
@@ -122,16 +117,14 @@ def design(experiment: Experiment, wanted: PhaseLead, factory: SlaveFactory = lo
         ConfigError: If the system does not have what the design needs.
     """
     fmu = wanted.fmu
-    compare, wire = _path(experiment, wanted)
-    _check_gain(experiment, wanted)
-    linearisation = Linearisation(experiment, CONVENTIONS, factory)
-    spans = {str(key): span for key, span in wanted.ranges.items()}
-    low, high = _range(experiment, fmu, compare.signal.partition(".")[0], spans)
+    task = lead_task(experiment.system, experiment.compare, wanted)
+    linearisation = Linearisation(experiment, factory)
+    low, high = _range(task)
     frequencies = np.linspace(low, high, 1 if low == high else _N_SHOWN)
 
     def reproduced(**changes: float) -> Complexes:
         coupled = linearisation.coupled({f"{fmu}.{key}": value for key, value in changes.items()})
-        return response_from(coupled, wire, compare.reproduced or "", frequencies)
+        return response_from(coupled, task.wire, task.reproduced, frequencies)
 
     plain = reproduced(dpdc=0.0)
     phase = float(-np.angle(plain[-1]))
@@ -145,17 +138,19 @@ def design(experiment: Experiment, wanted: PhaseLead, factory: SlaveFactory = lo
     return Design(phase, high, gain, frequencies, plain, led)
 
 
-def designed(experiment: Experiment, overridden: set[str], factory: SlaveFactory = load) -> Experiment:
-    """Set the compensator of the configuration's `dpdc` to its design, except for what is set by hand."""
-    wanted = experiment.config.dpdc
-    assert wanted is not None
-    compensator = experiment.system.instances.get(wanted.fmu)
-    if compensator is not None and compensator.value_of("dpdc") == 0.0:
+def designed(experiment: Experiment, factory: SlaveFactory = load) -> Experiment:
+    """
+    Set the compensator to the design that the experiment asks for, except for what is set by hand.
+
+    Without a wish, or where the lead is switched off, the experiment is returned as it is.
+    """
+    wanted = experiment.phase_lead
+    if wanted is None or is_switched_off(experiment.system, wanted):
         return experiment
     found = design(experiment, wanted, factory)
     values = _values(experiment, wanted.fmu, phase=found.phase, frequency=found.frequency, gain=found.gain)
     chosen = {f"{wanted.fmu}.{key}": value for key, value in values.items()}
-    kept = {signal: value for signal, value in chosen.items() if signal not in overridden}
+    kept = {signal: value for signal, value in chosen.items() if signal not in experiment.overridden}
     return replace(experiment, system=changed(experiment.system, kept))
 
 
@@ -177,58 +172,7 @@ def _against(magnitude: float, frequency: float) -> float:
     return 1.0 / magnitude
 
 
-def _path(experiment: Experiment, wanted: PhaseLead) -> tuple[Compare, Wire]:
-    compare, system, fmu = experiment.config.compare, experiment.system, wanted.fmu
-    if compare is None or compare.reproduced is None:
-        raise ConfigError(["dpdc: no motions to compare, got no compare.reproduced, expected one"])
-    if fmu not in system.instances:
-        names = system.instances
-        raise ConfigError([f"dpdc.fmu: no such FMU, got {fmu!r}, {expected(fmu, names)}"])
-    known = system.instances[fmu].description.by_name
-    needed = PARAMETERS if wanted.amplitude == "plant" else PARAMETERS[:2]
-    missing = [p for p in ("dpdc", *needed) if p not in known]
-    if missing:
-        raise ConfigError([f"dpdc: no phase lead in {fmu}, got no {', '.join(missing)}, expected all"])
-    into = [w for w in system.wires_into(fmu) if w.source.name == compare.signal]
-    if not into:
-        raise ConfigError([f"dpdc: not connected, got no {compare.signal} -> {fmu}, expected one"])
-    return compare, into[0]
-
-
-def _check_gain(experiment: Experiment, wanted: PhaseLead) -> None:
-    """Refuse two rules for one gain."""
-    instance = experiment.system.instances[wanted.fmu]
-    convention = instance.description.by_name.get("gain_convention")
-    if wanted.amplitude == "paper" or convention is None:
-        return
-    if instance.value_of("gain_convention") != parse(convention, "paper"):
-        raise ConfigError(
-            [
-                f"dpdc.amplitude: two rules for one gain, got {wanted.amplitude} and another "
-                f"{wanted.fmu}.gain_convention than paper, expected one of them to be paper"
-            ]
-        )
-
-
-def _range(
-    experiment: Experiment, fmu: str, spacecraft: str, ranges: Mapping[str, tuple[float, float]]
-) -> tuple[float, float]:
-    """Least and largest frequency over the corners of the ranges; Eq. 3 is monotonous in each value."""
-    unknown = [
-        f"dpdc: no such attribute, got {key!r}, {expected(key, ATTRIBUTES)}"
-        for key in ranges
-        if key not in ATTRIBUTES
-    ]
-    corners = []
-    for key in ATTRIBUTES:
-        owner = spacecraft if key == "m_s" else fmu
-        own = experiment.system.instances[owner].value_of(key)
-        given = ranges.get(key, None if own is None else (float(own), float(own)))
-        if given is None or not 0.0 < given[0] <= given[1]:
-            unknown.append(f"dpdc: no range of {key}, got {given}, expected positive least and largest")
-        else:
-            corners.append(given)
-    if unknown:
-        raise ConfigError(unknown)
-    found = [dynamics_frequency(*values) for values in itertools.product(*corners)]
+def _range(task: LeadTask) -> tuple[float, float]:
+    """Least and largest frequency over the corners of the ranges; Eq. 3 is monotonic in each value."""
+    found = [dynamics_frequency(*values) for values in itertools.product(*task.spans)]
     return min(found), max(found)

@@ -31,6 +31,7 @@ class Report:
     message: str = ""
     real_time: dict[str, Any] | None = None
     not_reached: list[str] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
 
     def as_dict(self) -> dict[str, Any]:
@@ -42,13 +43,13 @@ def save_run(
     experiment: Experiment, outcome: Outcome, folder: Path, streamed: ResultFiles | None = None
 ) -> Report:
     """Write result files (unless streamed during the run), plot and summary.json; give the summary."""
-    compare, result = experiment.config.compare, outcome.result
+    compare, result = experiment.compare, outcome.result
     written = streamed or write_result(result, folder)
     files = {"csv": str(written.csv), "parquet": str(written.parquet)}
     metrics: Metrics = {}
     if compare is not None:
         metrics = compute_metrics(result, compare)
-        title = " / ".join(filter(None, (experiment.config.name, experiment.variant, outcome.status)))
+        title = " / ".join(filter(None, (experiment.name, experiment.variant, outcome.status)))
         files["plot"] = str(plot_run(result, compare, title, folder / "displacement_and_force.png"))
     files["summary"] = str(folder / "summary.json")
     report = _summarise(experiment, outcome, files, metrics)
@@ -60,18 +61,19 @@ def _summarise(experiment: Experiment, outcome: Outcome, files: dict[str, str], 
     t_end = experiment.grid.time(outcome.steps)
     ran = outcome.steps > 0 and outcome.seconds > 0.0
     return Report(
-        name=experiment.config.name,
+        name=experiment.name,
         variant=experiment.variant,
         status=outcome.status,
         t_end=t_end,
         steps=outcome.steps,
         us_per_step=1e6 * outcome.seconds / outcome.steps if ran else None,
-        realtime_factor=(t_end - experiment.config.start_time) / outcome.seconds if ran else None,
+        realtime_factor=(t_end - experiment.grid.t0) / outcome.seconds if ran else None,
         files=files,
         metrics=metrics,
         message=_message(outcome),
         real_time=outcome.real_time,
         not_reached=outcome.not_reached,
+        warnings=outcome.warnings,
         notes=experiment.notes,
     )
 
@@ -105,6 +107,7 @@ def summary_lines(report: Report) -> list[str]:
         label, form = _LABELS[key]
         lines.append(f"  {label:<54}{'-' if value is None else format(value, form)}")
     lines += [f"  {'an event that did not happen: when':<54}{text}" for text in report.not_reached]
+    lines += [f"  warning: {text}" for text in report.warnings]
     lines += [f"  note: {note}" for note in report.notes]
     lines += _real_time_lines(report.real_time or {})
     return lines + [f"  {kind:<54}{path}" for kind, path in report.files.items()]

@@ -1,4 +1,4 @@
-"""From a YAML file to a system that is ready to step: variant, overrides, FMU files, graph, schedule."""
+"""A system that is ready to step: what was read, joined, ordered and checked."""
 
 from __future__ import annotations
 
@@ -7,23 +7,64 @@ from dataclasses import dataclass, field
 from master.coupling.algebraic import algebraic_loops
 from master.coupling.ledger import Ledger, make_ledger
 from master.coupling.schedule import Schedule
-from master.system.config import Config
+from master.fmi.values import start_notes
+from master.system.config import Compare, Config, PhaseLead
 from master.system.graph import System
 from master.system.grid import Grid
 from master.system.scenario import Scenario
 
 DIVERGENCE_FACTOR = 100.0
+_MOST_NOTES = 20  # about the start values of one FMU
 
 
 @dataclass(frozen=True)
 class Experiment:
-    """A checked system, ready to run."""
+    """
+    A checked system, ready to run.
+
+    `config` is what was read, for writing the system again; all that a run or an analysis needs of it has a
+    name here. `overridden` are the signals that a variant or `--set` gave a value; `remarks` say how the
+    file was read; `is_designed` if the values of a phase lead are those of an earlier design.
+    """
 
     config: Config
     variant: str | None
     system: System
     schedule: Schedule
     scenario: Scenario = field(default_factory=Scenario)
+    overridden: frozenset[str] = frozenset()
+    remarks: tuple[str, ...] = ()
+    is_designed: bool = False
+
+    @property
+    def name(self) -> str:
+        """Name of the system."""
+        return self.config.name
+
+    @property
+    def title(self) -> str:
+        """Name of the system, with that of the variant."""
+        return " / ".join(filter(None, (self.name, self.variant)))
+
+    @property
+    def n_variants(self) -> int:
+        """Number of variants that the file has."""
+        return len(self.config.variants)
+
+    @property
+    def compare(self) -> Compare | None:
+        """Signals that a run is judged by."""
+        return self.config.compare
+
+    @property
+    def phase_lead(self) -> PhaseLead | None:
+        """Phase lead that is to be designed before a run."""
+        return self.config.dpdc
+
+    @property
+    def duration(self) -> float:
+        """Time from start to stop [s]."""
+        return self.config.stop_time - self.config.start_time
 
     @property
     def grid(self) -> Grid:
@@ -37,16 +78,36 @@ class Experiment:
 
     @property
     def notes(self) -> list[str]:
-        """What a user should know before a run: the algebraic loops that the order does not solve."""
-        found = algebraic_loops(self.system, self.schedule)
-        return [f"algebraic loop {loop.explain()}" for loop in found if not loop.is_solved]
+        """
+        What a user should know before a run.
+
+        These are how the file was read, the algebraic loops that the order does not solve, and start values
+        of the FMUs themselves that break their own rules.
+        """
+        loops = algebraic_loops(self.system, self.schedule)
+        notes = [*self.remarks]
+        notes += [f"algebraic loop {loop.explain()}" for loop in loops if not loop.is_solved]
+        for name, instance in self.system.instances.items():
+            found = start_notes(instance.description, instance.start)
+            notes += [f"{name}.{note}" for note in found[:_MOST_NOTES]]
+            if len(found) > _MOST_NOTES:
+                notes.append(f"{name}: {len(found) - _MOST_NOTES} more start values of this kind")
+        return notes
 
     @property
     def limits(self) -> dict[str, float]:
         """Magnitudes beyond which the run has diverged; compared motions: 100 times the offset."""
-        compare = self.config.compare
+        compare = self.compare
         found: dict[str, float] = {}
         if compare is not None:
             signals = [s for s in (compare.signal, compare.reproduced) if s is not None]
             found = dict.fromkeys(signals, DIVERGENCE_FACTOR * compare.offset)
         return found | self.config.limits
+
+    @property
+    def compared(self) -> tuple[str, ...]:
+        """Signals that the run is judged by."""
+        compare = self.config.compare
+        return (
+            () if compare is None else tuple(v for v in compare.model_dump().values() if isinstance(v, str))
+        )

@@ -1,36 +1,42 @@
-"""Read a system file with a request, check it, and build what is missing."""
+"""From a YAML file and a request to a system that is ready to step; nothing is stepped here."""
 
 from __future__ import annotations
 
 import atexit
 import shutil
 import tempfile
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
-
-from yaml import YAMLError
 
 from master import catalogue
-from master.coupling.schedule import make_schedule
-from master.errors import ConfigError, expected
-from master.experiment.experiment import Experiment
+from master.coupling.methods.method import Method
+from master.coupling.schedule import Schedule, make_schedule
+from master.errors import ConfigError, Problem, nearest
 from master.fmi.description import Description, read_description
-from master.ssp.reader import read_ssp
-from master.system.config import LoadedConfig, Value, load_config, with_stop_time
-from master.system.graph import build_system
-from master.system.scenario import make_scenario
+from master.ssp.reader import SUFFIXES, read_ssp
+from master.system.config import UNKNOWN_SOURCE, LoadedConfig, read_config, with_times
+from master.system.graph import Descriptions, System, join
+from master.system.scenario import Scenario, make_scenario
+from master.text.scalar import Setting
+from master.text.signal_name import SignalName
 from master.text.yaml_lines import parse_value
+
+from .experiment import Experiment
+from .phase_lead import is_switched_off, lead_task
+
+Overrides = dict[str, tuple[str, Setting]]
+"""Signal to the place where its value is given, and the value."""
 
 
 @dataclass(frozen=True)
 class Request:
-    """What the user asks for beside the file."""
+    """What the user asks for in addition to the file."""
 
     variant: str | None = None
     assignments: tuple[str, ...] = ()
     stop_time: float | None = None
+    step_size: float | None = None
     flavour: str = "native"
 
 
@@ -38,99 +44,201 @@ def prepare(
     path: Path, request: Request | None = None, progress: catalogue.Progress = catalogue.silent
 ) -> Experiment:
     """
-    Read, check and complete a system; builds FMUs that are missing or stale.
+    Read, check and complete a system; builds FMUs that are missing or stale. No FMU is loaded.
 
     Raises:
-        ConfigError: With every fault found at the first stage that finds any.
+        ConfigError: With every fault of the file and the request.
     """
     request = request or Request()
-    loaded = from_file = _load(path)
-    if request.stop_time is not None:
-        config = with_stop_time(loaded.config, request.stop_time)
-        loaded = LoadedConfig(config=config, document=loaded.document)
-    overrides = _overrides(loaded, request)
-    files = _fmu_files(loaded, request.flavour, progress)
-    system = build_system(loaded, _descriptions(loaded, files), overrides)
-    order = loaded.config.coupling.order
-    schedule = make_schedule(system, order, loaded.where("coupling", "order"))
-    longer = max(loaded, from_file, key=lambda one: one.config.stop_time)  # --stop-time may cut events off
-    scenario = make_scenario(longer, system)
-    experiment = Experiment(loaded.config, request.variant, system, schedule, scenario)
-    return experiment if loaded.config.dpdc is None else _with_phase_lead(experiment, set(overrides))
+    return _Preparation(_load(path, request), request, progress).experiment()
 
 
-def _with_phase_lead(experiment: Experiment, overridden: set[str]) -> Experiment:
-    """Design the phase lead, unless it is switched off or set by hand."""
-    from master.docking.phase_lead import designed
-
-    return designed(experiment, overridden)
-
-
-def _load(path: Path) -> LoadedConfig:
-    if path.suffix != ".ssp":
-        return load_config(path)
+def _load(path: Path, request: Request) -> LoadedConfig:
+    if path.suffix.lower() not in SUFFIXES:
+        return read_config(path)
     folder = Path(tempfile.mkdtemp(prefix="dockloop-"))
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
-    return read_ssp(path, folder)
-
-
-def _overrides(loaded: LoadedConfig, request: Request) -> dict[str, tuple[str, Value]]:
-    found: dict[str, tuple[str, Value]] = {}
-    if request.variant is not None:
-        for fmu, values in _variant(loaded, request.variant).items():
-            for key, value in values.items():
-                where = loaded.where("variants", request.variant, fmu, key)
-                found[f"{fmu}.{key}"] = (where, value)
-    problems = []
-    for assignment in request.assignments:
-        signal, equals, text = assignment.partition("=")
-        given = _value(text) if equals else None
-        if "." in signal and isinstance(given, bool | int | float | str):
-            found[signal] = (f"--set {signal}", given)
-        else:
-            problems.append(f"--set: not an assignment, got {assignment!r}, expected fmu.parameter=value")
-    if problems:
-        raise ConfigError(problems)
-    return found
-
-
-def _value(text: str) -> Any:
     try:
-        return parse_value(text)
-    except YAMLError:
+        return read_ssp(path, folder, request.step_size, request.stop_time)
+    except BaseException:
+        shutil.rmtree(folder, ignore_errors=True)
+        raise
+
+
+class _Preparation:
+    """The stages of a preparation; each adds its faults, and the next goes on with what is right."""
+
+    def __init__(self, loaded: LoadedConfig, request: Request, progress: catalogue.Progress) -> None:
+        self.loaded = loaded
+        self.request = request
+        self.progress = progress
+        self.problems: list[str] = list(loaded.problems)
+
+    def experiment(self) -> Experiment:
+        """Go through all stages."""
+        loaded = self._with_times()
+        descriptions = self._descriptions()
+        overrides = self._overrides(descriptions)
+        system, problems = join(loaded, descriptions, overrides)
+        self.problems += problems
+        schedule = self._schedule(system)
+        longer = max(loaded, self.loaded, key=lambda one: one.config.stop_time)  # events may be cut off
+        scenario = self._scenario(longer, system)
+        self._check_phase_lead(system)
+        if self.problems or schedule is None:
+            raise ConfigError(self.problems)
+        return Experiment(
+            config=loaded.config,
+            variant=self.request.variant,
+            system=system,
+            schedule=schedule,
+            scenario=scenario,
+            overridden=frozenset(overrides),
+            remarks=loaded.notes,
+            is_designed=loaded.is_designed,
+        )
+
+    def _with_times(self) -> LoadedConfig:
+        if self.request.stop_time is None and self.request.step_size is None:
+            return self.loaded
+        try:
+            config = with_times(self.loaded.config, self.request.step_size, self.request.stop_time)
+        except ConfigError as error:
+            self.problems += error.problems
+            return self.loaded
+        return replace(self.loaded, config=config)
+
+    def _descriptions(self) -> Descriptions:
+        """Description of each FMU of the file; None for those that are wrong or cannot be read."""
+        targets = {}
+        for name, entry in self.loaded.config.fmus.items():
+            if entry.source == UNKNOWN_SOURCE:
+                continue
+            try:
+                targets[name] = catalogue.locate(entry.source, self.loaded.folder, self.request.flavour)
+            except ConfigError as error:
+                self._add_at(error, "fmus", name, "source")
+        if self.problems:  # nothing is built for a system that is refused
+            targets = {name: t for name, t in targets.items() if catalogue.is_ready(t)}
+        found: dict[str, Description | None] = dict.fromkeys(self.loaded.document.names_in("fmus"))
+        found |= dict.fromkeys(self.loaded.config.fmus)
+        for name, file in catalogue.files(targets, self.progress).items():
+            try:
+                found[name] = read_description(file)
+            except ConfigError as error:
+                self._add_at(error, "fmus", name, "source")
+        return found
+
+    def _add_at(self, error: ConfigError, *place: str) -> None:
+        where = self.loaded.where(*place)
+        self.problems += [problem.at(where) for problem in error.problems]
+
+    def _overrides(self, descriptions: Descriptions) -> Overrides:
+        """Values of the variant, and over them those of `--set`."""
+        found: Overrides = {}
+        variants = self.loaded.config.variants
+        chosen = self.request.variant
+        known = self.loaded.document.names_in("variants") or list(variants)
+        if chosen is not None and chosen not in known:
+            expected = nearest(chosen, known)
+            self.problems.append(
+                Problem("no such variant", where="--variant", got=repr(chosen), expected=expected)
+            )
+        for fmu, values in variants.get(chosen or "", {}).items():
+            for key, value in values.items():
+                where = self.loaded.where("variants", chosen or "", fmu, key)
+                found[f"{fmu}.{key}"] = (where, value)
+        return found | self._assignments(descriptions)
+
+    def _assignments(self, descriptions: Descriptions) -> Overrides:
+        found: Overrides = {}
+        for assignment in self.request.assignments:
+            try:
+                parts = _signal_and_value(assignment, descriptions)
+            except ConfigError as error:
+                self.problems += [problem.at("--set") for problem in error.problems]
+                continue
+            if parts is None:
+                self.problems.append(
+                    Problem(
+                        "not an assignment",
+                        where="--set",
+                        got=repr(assignment),
+                        expected="fmu.parameter=value",
+                    )
+                )
+                continue
+            signal, value = parts
+            if signal in found:
+                where = f"--set {signal}"
+                self.problems.append(Problem("is given twice", where=where, expected="one value"))
+            found[signal] = (f"--set {signal}", value)
+        return found
+
+    def _schedule(self, system: System) -> Schedule | None:
+        order = self.loaded.config.coupling.order
+        if system.unread and order is not None:
+            order = _without(order, system.unread)
+        try:
+            return make_schedule(system, order, self.loaded.where("coupling", "order"))
+        except ConfigError as error:
+            self.problems += error.problems
         return None
 
-
-def _variant(loaded: LoadedConfig, name: str) -> Mapping[str, Mapping[str, Value]]:
-    variants = loaded.config.variants
-    if name not in variants:
-        raise ConfigError([f"--variant: no such variant, got {name!r}, {expected(name, variants)}"])
-    return variants[name]
-
-
-def _fmu_files(loaded: LoadedConfig, flavour: str, progress: catalogue.Progress) -> dict[str, Path]:
-    problems: list[str] = []
-    targets = {}
-    for name, entry in loaded.config.fmus.items():
+    def _scenario(self, loaded: LoadedConfig, system: System) -> Scenario:
         try:
-            targets[name] = catalogue.locate(entry.source, loaded.folder, flavour)
+            return make_scenario(loaded, system)
         except ConfigError as error:
-            where = loaded.where("fmus", name, "source")
-            problems += [f"{where}: {problem}" for problem in error.problems]
-    if problems:
-        raise ConfigError(problems)
-    return catalogue.files(targets, progress)
+            self.problems += error.problems
+        return Scenario()
 
-
-def _descriptions(loaded: LoadedConfig, files: Mapping[str, Path]) -> dict[str, Description]:
-    problems: list[str] = []
-    found = {}
-    for name, file in files.items():
+    def _check_phase_lead(self, system: System) -> None:
+        """Refuse a phase lead that cannot be designed, unless it is switched off."""
+        config = self.loaded.config
+        if config.dpdc is None or system.unread or is_switched_off(system, config.dpdc):
+            return
         try:
-            found[name] = read_description(file)
+            lead_task(system, config.compare, config.dpdc, self.loaded.where("dpdc"))
         except ConfigError as error:
-            where = loaded.where("fmus", name, "source")
-            problems += [f"{where}: {problem}" for problem in error.problems]
-    if problems:
-        raise ConfigError(problems)
-    return found
+            self.problems += error.problems
+
+
+def _signal_and_value(assignment: str, descriptions: Descriptions) -> tuple[str, Setting] | None:
+    """Cut `fmu.variable=value` after the longest name that there is, else at the first `=`."""
+    places = [i for i, character in enumerate(assignment) if character == "="]
+    known = [i for i in places if _is_known(assignment[:i], descriptions)]
+    if not places:
+        return None
+    cut = known[-1] if known else places[0]
+    try:
+        name = SignalName(assignment[:cut])
+        value = parse_value(assignment[cut + 1 :])
+    except ValueError:
+        return None
+    except ConfigError as error:
+        if all(problem.what.startswith("not ") for problem in error.problems):  # not YAML, not a value
+            return None
+        raise ConfigError(problem.at(name) for problem in error.problems) from None
+    return None if value is None else (name, value)
+
+
+def _is_known(signal: str, descriptions: Descriptions) -> bool:
+    instance, _, variable = signal.partition(".")  # what is cut anywhere may be no name
+    description = descriptions.get(instance)
+    return description is not None and (variable in description.by_name or variable in description.arrays)
+
+
+def _without(
+    order: Sequence[str | list[str] | Method], unread: Sequence[str]
+) -> list[str | list[str] | Method]:
+    """Leave the FMUs that could not be read out of an order."""
+    kept: list[str | list[str] | Method] = []
+    for entry in order:
+        if isinstance(entry, str):
+            kept += [] if entry in unread else [entry]
+        elif isinstance(entry, list):
+            kept.append([name for name in entry if name not in unread])
+        else:
+            members = tuple(name for name in entry.members if name not in unread)
+            kept.append(entry.model_copy(update={"members": members}))
+    return kept

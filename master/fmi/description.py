@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-import zipfile
+import gc
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
-from functools import cached_property
+from functools import cached_property, lru_cache
 from pathlib import Path
-from typing import Any
-from xml.etree import ElementTree as ET
-
-from master.errors import ConfigError
 
 from . import value_types
-from .arrays import element_names, elements, first_number, is_ticked, not_exchanged
-from .units import Unit, units_of
+from .linearity import DeclaredLearning, DeclaredLinear
+from .units import Unit
 
 
 class Kind(Enum):
@@ -27,13 +23,17 @@ class Kind(Enum):
     STRING = "String"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Variable:
     """
     One scalar variable of an FMU, or one element of an array (FMI 3.0).
 
-    The elements of an array share its `reference`; `size` is their number, `element` counts from 0 in
-    row-major order. Their names are `name[1]`, `name[2]`, ... or `name[1,1]`, `name[1,2]`, ...
+    The elements of an array share its `reference` and have its name as `array`; `size` is their number,
+    `element` counts from 0 in row-major order. Their names are `name[1]`, `name[2]`, ... or `name[1,1]`,
+    `name[1,2]`, ...
+
+    Variables that share a value are aliases: one of them is the primary one, which can be set if any can,
+    and the others name it as `alias_of`. Attributes of a declared type count where the variable has none.
     """
 
     name: str
@@ -52,11 +52,34 @@ class Variable:
     description: str = ""
     size: int = 1
     element: int | None = None
+    array: str | None = None
+    alias_of: str | None = None
+    display_unit: str | None = None
+    quantity: str | None = None
 
     @property
     def unit_name(self) -> str:
         """Name of the unit, `1` if it has none."""
         return self.unit.name if self.unit else "1"
+
+    @property
+    def is_settable(self) -> bool:
+        """Whether it takes a value before the run."""
+        if self.variability == "constant" or self.causality == "structuralParameter":
+            return False
+        return self.causality in ("parameter", "input") or self.initial in ("exact", "approx")
+
+    @property
+    def start_value(self) -> float | str | None:
+        """The FMU's own start value, also where it is outside the FMU's own bounds; 64-bit integers exact."""
+        if self.start is None or self.kind is Kind.STRING:
+            return self.start
+        if self.kind is Kind.BOOLEAN:
+            return float(self.start in ("true", "1"))
+        if self.kind is Kind.INTEGER:
+            number = int(self.start)
+            return number if self.value_type in value_types.LONG else float(number)
+        return float(self.start)
 
 
 @dataclass(frozen=True)
@@ -78,7 +101,8 @@ class Description:
     One FMU for co-simulation.
 
     `not_exchanged` says of each variable that the master neither sets nor gets what it is;
-    `ticked_clocks` are those that an FMU in event mode expects the master to tick.
+    `ticked_clocks` are those that an FMU in event mode expects the master to tick; `short_starts` are the
+    arrays whose start list does not have a value for each element.
     """
 
     path: Path
@@ -94,8 +118,11 @@ class Description:
     has_event_mode: bool = False
     not_exchanged: Mapping[str, str] = field(default_factory=dict)
     ticked_clocks: tuple[str, ...] = ()
+    short_starts: frozenset[str] = frozenset()
     feedthrough: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     influences: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    linear: tuple[DeclaredLinear, ...] = ()
+    learning: tuple[DeclaredLearning, ...] = ()
 
     @property
     def version(self) -> int:
@@ -110,17 +137,37 @@ class Description:
     @cached_property
     def arrays(self) -> dict[str, tuple[Variable, ...]]:
         """Elements of the arrays by the name of the whole."""
-        found: dict[str, tuple[Variable, ...]] = {}
+        found: dict[str, list[Variable]] = {}
         for v in self.variables:
-            if v.element is not None:
-                name = v.name.rpartition("[")[0]
-                found[name] = (*found.get(name, ()), v)
-        return found
+            if v.array is not None:
+                found.setdefault(v.array, []).append(v)
+        return {name: tuple(elements) for name, elements in found.items()}
+
+    @cached_property
+    def inputs_in_arrays(self) -> tuple[Variable, ...]:
+        """Inputs that are elements of arrays."""
+        return tuple(v for v in self.variables if v.array is not None and v.causality == "input")
+
+    def primary(self, name: str) -> Variable:
+        """Find a variable, or the primary one of those that share its value; KeyError if there is none."""
+        variable = self.by_name[name]
+        return variable if variable.alias_of is None else self.by_name[variable.alias_of]
 
     @property
     def can_share_library(self) -> bool:
         """Whether two instances may live in one library: not where an interpreter hides in it."""
         return not (self.once_per_process or self.needs_execution_tool)
+
+    @cached_property
+    def _direct_inputs(self) -> dict[str, frozenset[str]]:
+        sets = {
+            id(names): frozenset(names) for names in {id(n): n for n in self.feedthrough.values()}.values()
+        }
+        return {output: sets[id(names)] for output, names in self.feedthrough.items()}
+
+    def hands_through(self, input_name: str, output_name: str) -> bool:
+        """Whether an output may follow an input at once."""
+        return input_name in self._direct_inputs.get(output_name, ())
 
     def reaches(self, input_name: str, output_name: str) -> bool:
         """Whether an input acts on an output sooner or later; yes where the FMU does not say."""
@@ -134,151 +181,34 @@ class Description:
 
 def read_description(path: Path) -> Description:
     """
-    Read the model description of an FMU 2.0 or 3.0 for co-simulation.
+    Read the model description of an FMU 2.0 or 3.0 for co-simulation, once for each state of a file.
+
+    `path` is an FMU or a folder that one was unpacked into.
 
     Raises:
-        ConfigError: If the file is not such an FMU.
+        ConfigError: With every fault, if the file is not such an FMU.
     """
-    root = _read_xml(path)
-    version = root.get("fmiVersion", "")
-    if not version.startswith(("2.", "3.")):
-        raise ConfigError(
-            [f"{path}: FMI version not supported, got {version or 'none'!r}, expected 2.0 or 3.0"]
-        )
+    return _read(path, path.absolute(), _state(path))
+
+
+def _state(path: Path) -> tuple[int, int]:
+    """Time of change [ns] and size of what is read, zeros if there is nothing."""
     try:
-        return _described(path, root, version)
-    except ConfigError:
-        raise
-    except Exception as error:  # FMPy raises bare Exception; a number may be none
-        raise ConfigError([f"{path}: model description cannot be read: {error}"]) from None
+        stat = (path / "modelDescription.xml" if path.is_dir() else path).stat()
+    except OSError:
+        return 0, 0
+    return stat.st_mtime_ns, stat.st_size
 
 
-def _described(path: Path, root: ET.Element, version: str) -> Description:
-    from fmpy import read_model_description
+@lru_cache(maxsize=256)
+def _read(path: Path, _: Path, __: tuple[int, int]) -> Description:
+    from .description_reader import DescriptionReader  # it makes the classes of this file
 
-    model = read_model_description(str(path), validate=False)
-    if model.coSimulation is None:
-        raise ConfigError([f"{path}: not for co-simulation, got an FMU for model exchange only"])
-    if not (model.coSimulation.modelIdentifier and (model.guid or model.instantiationToken)):
-        raise ValueError("modelIdentifier or guid (instantiationToken) is missing")
-    return Description(
-        path=path,
-        fmi_version=version,
-        model_name=model.modelName,
-        model_identifier=model.coSimulation.modelIdentifier,
-        token=model.guid or model.instantiationToken,
-        variables=_variables(model, version, units_of(model, root)),
-        delays=tuple(_delays(root)),
-        can_get_and_set_state=bool(model.coSimulation.canGetAndSetFMUstate),
-        needs_execution_tool=bool(model.coSimulation.needsExecutionTool),
-        once_per_process=bool(model.coSimulation.canBeInstantiatedOnlyOncePerProcess),
-        has_event_mode=bool(model.coSimulation.hasEventMode),
-        not_exchanged={v.name: what for v in model.modelVariables if (what := not_exchanged(v))},
-        ticked_clocks=tuple(v.name for v in model.modelVariables if is_ticked(v)),
-        feedthrough=_feedthrough(model),
-        influences={
-            e.get("output", ""): tuple((e.get("inputs") or "").split()) for e in root.iter("Influence")
-        },
-    )
-
-
-def _variables(model: Any, version: str, units: Mapping[str, Unit]) -> tuple[Variable, ...]:
-    """All variables that the master exchanges, arrays by their elements."""
-    exchanged = (v for v in model.modelVariables if not not_exchanged(v))
-    return tuple(part for v in exchanged for part in elements(_variable(v, units.get(v.name), version), v))
-
-
-def _read_xml(path: Path) -> ET.Element:
+    # nothing of the many objects made here is garbage: searching them for it takes a third of the time
+    was_enabled = gc.isenabled()
+    gc.disable()
     try:
-        with zipfile.ZipFile(path) as archive:
-            return ET.fromstring(archive.read("modelDescription.xml"))
-    except FileNotFoundError:
-        raise ConfigError([f"{path}: no such file, expected an FMU"]) from None
-    except (OSError, zipfile.BadZipFile):
-        raise ConfigError([f"{path}: not an FMU, expected a zip archive with modelDescription.xml"]) from None
-    except KeyError:
-        raise ConfigError([f"{path}: not an FMU, expected modelDescription.xml in the archive"]) from None
-    except ET.ParseError as error:
-        raise ConfigError([f"{path}: modelDescription.xml is not XML: {error}"]) from None
-
-
-_KINDS = {
-    **dict.fromkeys(("Real", "Float64", "Float32"), Kind.REAL),
-    "Boolean": Kind.BOOLEAN,
-    "String": Kind.STRING,
-}
-_TYPES_2 = {"Real": value_types.FLOAT64, "Boolean": value_types.INT_BOOLEAN}
-
-
-def _value_type(name: str, version: str) -> int:
-    """Code of a variable's type on the C interface: an FMI 2.0 Boolean or enumeration is an int."""
-    if version.startswith("2."):
-        return _TYPES_2.get(name, value_types.INT32)
-    return value_types.NAMES.index(name) if name in value_types.NAMES else value_types.INT64
-
-
-def _start(v: Any, kind: Kind) -> str | None:
-    """Start value as it is written; ValueError if it is none of the variable's kind."""
-    for word in () if kind is Kind.STRING or v.start is None else str(v.start).split():
-        if not (kind is Kind.BOOLEAN and word in ("true", "false")):
-            try:
-                float(word)
-            except ValueError:
-                raise ValueError(f"start value of {v.name} is not a {kind.value}, got {v.start!r}") from None
-    return v.start  # type: ignore[no-any-return]
-
-
-def _variable(v: Any, unit: Unit | None, version: str) -> Variable:
-    declared = v.declaredType
-    items = {i.name: int(i.value) for i in declared.items} if declared is not None and declared.items else {}
-    return Variable(
-        name=v.name,
-        reference=v.valueReference,
-        kind=_KINDS.get(v.type, Kind.INTEGER),
-        value_type=_value_type(v.type, version),
-        causality=v.causality,
-        variability=v.variability,
-        initial=v.initial,
-        start=_start(v, _KINDS.get(v.type, Kind.INTEGER)),
-        unit=unit,
-        minimum=first_number(v.min),
-        maximum=first_number(v.max),
-        nominal=first_number(v.nominal),
-        items=items,
-        description=v.description or "",
-    )
-
-
-def _number(text: Any) -> float | None:
-    return None if text is None else float(text)
-
-
-def _feedthrough(model: Any) -> dict[str, tuple[str, ...]]:
-    """Inputs that each output hangs on at once; all inputs where the FMU does not say."""
-    every = _inputs(model.modelVariables)
-    said = {u.variable.name: u.dependencies for u in model.outputs if u.dependencies is not None}
-    return {
-        name: _inputs(said[v.name]) if v.name in said else every
-        for v in model.modelVariables
-        if v.causality == "output"
-        for name in element_names(v)
-    }
-
-
-def _inputs(variables: Any) -> tuple[str, ...]:
-    return tuple(name for v in variables if v.causality == "input" for name in element_names(v))
-
-
-def _delays(root: ET.Element) -> list[DeclaredDelay]:
-    return [
-        DeclaredDelay(
-            input=e.get("input", ""),
-            kind=e.get("kind", ""),
-            seconds=e.get("seconds", "0"),
-            steps=_number(e.get("steps")),
-            by=e.get("by"),
-            cases={w.get("item", ""): float(w.get("steps", "0")) for w in e.iter("When")},
-            reason=e.get("reason", ""),
-        )
-        for e in root.iter("Delay")
-    ]
+        return DescriptionReader(path).read()
+    finally:
+        if was_enabled:
+            gc.enable()

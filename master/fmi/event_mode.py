@@ -47,7 +47,8 @@ class EventMode:
 
     def _go(self, t: float, stop: float) -> tuple[bool, float]:
         """Step from t to `stop` [s] through all events; give whether to end, and the time reached."""
-        reached, tolerance = t, 1e-9 * (stop - t)
+        reached = t
+        tolerance = 1e-9 * (stop - t) + 4e-16 * abs(stop)  # a large time rounds coarsely
         while True:
             if self.update():
                 return True, reached

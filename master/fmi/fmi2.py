@@ -32,12 +32,16 @@ class Fmi2Slave(FmuSlave):
             getters={pair: address(getattr(dll, f"fmi2Get{_NAMES[pair[0]]}")) for pair in _EXCHANGED},
         )
 
-    def enter_initialisation(self, start: Mapping[str, float | str], t0: float) -> None:
+    def enter_initialisation(
+        self, start: Mapping[str, float | str], t0: float, stop: float | None = None
+    ) -> None:
         self.set_start_values(start)
-        self._call(self._fmu.setupExperiment, startTime=t0)
+        self._call(self._fmu.setupExperiment, startTime=t0, stopTime=stop)
         self._call(self._fmu.enterInitializationMode)
 
     def asked_for_end(self) -> bool:
+        if self._ends_with_error:  # PythonFMU calls every step that it discards the end of the simulation
+            return False
         try:
             return bool(self._fmu.getBooleanStatus(_TERMINATED))
         except Exception:  # FMPy: the FMU does not answer the question

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from .description import Kind, Variable
 from .event_mode import EventMode
-from .loaded_fmu import FmuSlave, address
+from .loaded_fmu import FmuSlave, address, read_number
 from .slave import CInterface
 from .value_types import BOOLEAN, FLOAT32, FLOAT64, NAMES
-from .values import parse
 
 
 def _kind(value_type: int) -> Kind:
@@ -37,39 +37,74 @@ class Fmi3Slave(FmuSlave):
             getters={(_kind(t), t): address(getattr(dll, f"fmi3Get{name}")) for t, name in types},
         )
 
-    def enter_initialisation(self, start: Mapping[str, float | str], t0: float) -> None:
-        self.set_start_values(start)
-        self._call(self._fmu.enterInitializationMode, startTime=t0)
+    def enter_initialisation(
+        self, start: Mapping[str, float | str], t0: float, stop: float | None = None
+    ) -> None:
+        """
+        Set start values and enter initialisation mode.
+
+        An array whose other elements have no known start value is read there before it is set.
+        """
+        given = Counter(self.description.by_name[key].array for key in start)
+        later = [key for key in start if self._must_be_read(self.description.by_name[key], given)]
+        self.set_start_values({key: value for key, value in start.items() if key not in later})
+        self._call(self._fmu.enterInitializationMode, startTime=t0, stopTime=stop)
+        self._is_readable = True
+        self.set_start_values({key: start[key] for key in later})
+
+    def _must_be_read(self, variable: Variable, given: Mapping[str | None, int]) -> bool:
+        array = variable.array
+        return array in self.description.short_starts and given[array] < variable.size
+
+    def reset(self) -> None:
+        super().reset()
+        self._started.clear()
+        self._is_readable = False
 
     def set(self, variables: Sequence[Variable], values: Sequence[float | str]) -> None:
         """Set variables; an array is set as a whole, once for all of its elements that are given."""
+        arrays: dict[str, dict[int, float | str]] = {}
         for variable, value in zip(variables, values, strict=True):
-            if variable.element is None:
+            if variable.array is None or variable.element is None:
                 super().set([variable], [value])
             else:
-                self._array(variable)[variable.element] = value
-        for array in {v.reference: v for v in variables if v.element is not None}.values():
-            given = [self._taken(array, x) for x in self._array(array)]
-            self._call(self._setter(array), [array.reference], given)
+                arrays.setdefault(variable.array, {})[variable.element] = value
+        for name, elements in arrays.items():
+            self._set_array(self.description.arrays[name], elements)
+
+    def _set_array(self, parts: Sequence[Variable], given: Mapping[int, float | str]) -> None:
+        first = parts[0]
+        values: list[float | str | None]
+        if len(given) == len(parts):
+            values = [given[i] for i in range(len(parts))]
+        elif self._is_readable:
+            values = [*self.get(parts)]
+        else:
+            values = self._started.get(first.reference) or [part.start_value for part in parts]
+        for i, value in given.items():
+            values[i] = value
+        self._started[first.reference] = values
+        taken = [self._taken(part, x or 0.0) for part, x in zip(parts, values, strict=True)]
+        self._call(self._setter(first), [first.reference], taken)
 
     def get(self, variables: Sequence[Variable]) -> list[float]:
+        """Read variables, each array once."""
+        arrays: dict[int, Any] = {}
         found = []
         for v in variables:
-            got = self._call(self._getter(v), [v.reference], nValues=v.size)
-            found.append(float(got[v.element or 0]))
+            if v.element is None:
+                found += super().get([v])
+                continue
+            if v.reference not in arrays:
+                arrays[v.reference] = self._call(self._getter(v), [v.reference], nValues=v.size)
+            found.append(read_number(v, arrays[v.reference][v.element]))
         return found
-
-    def _array(self, variable: Variable) -> list[float | str]:
-        """Last values that an array was set to."""
-        if variable.reference not in self._arrays:
-            parts = [v for v in self.description.variables if v.reference == variable.reference]
-            self._arrays[variable.reference] = [parse(v, v.start or "0") for v in parts]
-        return self._arrays[variable.reference]
 
     def _instantiate(self) -> Any:
         from fmpy.fmi3 import FMU3Slave
 
-        self._arrays: dict[int, list[float | str]] = {}
+        self._started: dict[int, list[float | str | None]] = {}
+        self._is_readable = False
         self._events: EventMode | None = None
         fmu = FMU3Slave(
             instanceName=self.name,

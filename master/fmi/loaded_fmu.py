@@ -4,19 +4,17 @@ from __future__ import annotations
 
 import ctypes
 import logging
-import tempfile
-import zipfile
+import math
 from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 from master.errors import FmuError
 
 from . import unpacked
 from .description import Description, Kind, Variable
-from .value_types import RANGES
-
-STATUS = ("ok", "warning", "discard", "error", "fatal", "pending")
+from .status import Status, described, status_name
+from .value_types import LONG, RANGES, TYPE_RANGES
+from .values import shown
 
 _logger = logging.getLogger("dockloop.fmu")
 
@@ -27,16 +25,15 @@ class FmuSlave:
     def __init__(self, name: str, description: Description) -> None:
         self.name, self.description = name, description
         self._messages: list[str] = []
+        self._ends_with_error = False
         self._is_initialised = False
-        try:
-            self._folder = unpacked.acquire(description, unpack)
-        except (OSError, zipfile.BadZipFile) as error:
-            raise FmuError(name, f"{description.path}: cannot be unpacked: {error}") from None
+        self._folder = unpacked.acquire(description, unpacked.unpack)
         try:
             self._fmu: Any = self._instantiate()
         except Exception as error:  # FMPy and the loader raise bare exceptions
             unpacked.release(self._folder)
             raise FmuError(name, self._failure(f"cannot be loaded: {error}")) from None
+        _raise_for_negative_statuses(self._fmu)
 
     def _instantiate(self) -> Any:
         raise NotImplementedError
@@ -54,24 +51,34 @@ class FmuSlave:
 
     def _taken(self, variable: Variable, value: float | str) -> Any:
         """Turn a double, or a text, into what FMPy's setter takes; FmuError if the type does not hold it."""
-        if variable.kind is not Kind.INTEGER:
-            return {Kind.REAL: float, Kind.BOOLEAN: bool, Kind.STRING: str}[variable.kind](value)
-        least, largest = RANGES[variable.value_type]
-        if not least <= float(value) <= largest:
-            problem = f"value does not fit, got {value}, expected from {least:g} to {largest:g}"
+        if variable.kind in (Kind.BOOLEAN, Kind.STRING):
+            return bool(value) if variable.kind is Kind.BOOLEAN else str(value)
+        number = value if isinstance(value, int) else float(value)
+        ranges = TYPE_RANGES if isinstance(number, int) or variable.kind is Kind.REAL else RANGES
+        least, largest = ranges.get(variable.value_type, (-math.inf, math.inf))
+        is_free = variable.kind is Kind.REAL and not math.isfinite(number)
+        if not (is_free or least <= number <= largest):
+            problem = (
+                f"value does not fit, got {shown(number)}, expected from {shown(least)} to {shown(largest)}"
+            )
             raise FmuError(self.name, f"{variable.name}: {problem}")
-        return round(float(value))
+        return number if variable.kind is Kind.REAL else round(number)
 
     def get(self, variables: Sequence[Variable]) -> list[float]:
         found = []
         for variable in variables:
             [value] = self._call(self._getter(variable), [variable.reference])
-            found.append(float(value))
+            found.append(read_number(variable, value))
         return found
 
     def set_start_values(self, start: Mapping[str, float | str]) -> None:
         """Set configured parameters and start values."""
         self.set([self.description.by_name[key] for key in start], list(start.values()))
+
+    def reset(self) -> None:
+        self._messages.clear()
+        self._is_initialised = False
+        self._call(self._fmu.reset)
 
     def exit_initialisation(self) -> None:
         self._call(self._fmu.exitInitializationMode)
@@ -101,8 +108,13 @@ class FmuSlave:
             return function(*arguments, **named)
         except Exception as error:  # FMPy: FMICallException with a status
             status = getattr(error, "status", None)
-            name = STATUS[status] if isinstance(status, int) and status < len(STATUS) else "error"
-            raise FmuError(self.name, self._failure(str(error)), status=name) from None
+            if not isinstance(status, int):
+                raise FmuError(self.name, self._failure(str(error))) from None
+            answer = f"{getattr(error, 'function', 'a call')} answered with {described(status)}"
+            said = self._failure(answer)
+            if said != answer and status != Status.ERROR:
+                said = f"{said} ({answer})"
+            raise FmuError(self.name, said, status=status_name(status)) from None
 
     def _failure(self, text: str) -> str:
         """What the FMU said is wrong; PythonFMU's note on an exception only if there is nothing else."""
@@ -111,20 +123,30 @@ class FmuSlave:
 
     def _note(self, status: int, message: bytes | None) -> None:
         text = (message or b"").decode("utf-8", errors="replace").strip()
-        _logger.debug("%s (%s): %s", self.name, STATUS[status] if status < len(STATUS) else status, text)
+        _logger.debug("%s (%s): %s", self.name, status_name(status), text)
         if status:
             self._messages.append(text)
+        self._ends_with_error = status >= Status.ERROR
 
 
-def unpack(path: Path) -> str:
-    """Unpack what an FMU needs to run here into a new folder: its resources and this platform's binary."""
-    from fmpy import platform, platform_tuple
+def read_number(variable: Variable, value: Any) -> float:
+    """Turn what FMPy read into a double; an integer of 64 bits stays one, with all of its digits."""
+    return int(value) if variable.value_type in LONG and variable.kind is Kind.INTEGER else float(value)
 
-    folder = tempfile.mkdtemp(prefix="dockloop-")
-    wanted = ("modelDescription.xml", "resources/", f"binaries/{platform}/", f"binaries/{platform_tuple}/")
-    with zipfile.ZipFile(path) as archive:
-        archive.extractall(folder, [m for m in archive.namelist() if m.startswith(wanted)])
-    return folder
+
+def _raise_for_negative_statuses(fmu: Any) -> None:
+    """Let an object of FMPy raise for statuses below 0 as it does for those above 1."""
+    from fmpy.fmi1 import FMICallException
+
+    call = fmu._call  # all functions of the FMU pass here; there is no public place that sees the status
+
+    def checked(function: str, *arguments: Any) -> Any:
+        result = call(function, *arguments)
+        if isinstance(result, int) and result < 0:
+            raise FMICallException(function=function, status=result)
+        return result
+
+    fmu._call = checked
 
 
 def address(function: Any) -> int:

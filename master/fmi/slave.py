@@ -38,12 +38,18 @@ class Slave(Protocol):
         """Addresses for the stepping loop."""
         ...
 
-    def enter_initialisation(self, start: Mapping[str, float | str], t0: float) -> None:
-        """Set start values and enter initialisation mode at t0 [s]."""
+    def enter_initialisation(
+        self, start: Mapping[str, float | str], t0: float, stop: float | None = None
+    ) -> None:
+        """Set start values and enter initialisation mode at t0 [s]; no step goes beyond `stop` [s]."""
         ...
 
     def exit_initialisation(self) -> None:
         """Leave initialisation mode; the slave may step now."""
+        ...
+
+    def reset(self) -> None:
+        """Go back to the state after instantiation, whatever happened since."""
         ...
 
     def set(self, variables: Sequence[Variable], values: Sequence[float]) -> None:

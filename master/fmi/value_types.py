@@ -19,10 +19,26 @@ NAMES = (
     "Boolean",
 )
 
-# least and largest value of each whole type; those of 64 bits as far as a double tells them apart
-RANGES = {
-    **{t: (-(2.0 ** (n - 1)), 2.0 ** (n - 1) - 1.0) for t, n in ((INT8, 8), (INT16, 16), (INT32, 32))},
-    **{t: (0.0, 2.0**n - 1.0) for t, n in ((UINT8, 8), (UINT16, 16), (UINT32, 32))},
-    INT64: (-(2.0**63), 2.0**63 - 1024.0),
-    UINT64: (0.0, 2.0**64 - 2048.0),
+LONG = (INT64, UINT64)  # types of which a double does not hold all digits
+MOST_EXACT = 2**53 - 1  # a double of 2^53 may have been 2^53 + 1
+
+_LARGEST_FLOAT32 = (2.0 - 2.0**-23) * 2.0**127
+_WIDTHS = {INT8: 8, UINT8: 8, INT16: 16, UINT16: 16, INT32: 32, UINT32: 32, INT64: 64, UINT64: 64}
+_UNSIGNED = (UINT8, UINT16, UINT32, UINT64)
+
+# least and largest value that a type itself holds
+TYPE_RANGES: dict[int, tuple[float, float]] = {
+    FLOAT32: (-_LARGEST_FLOAT32, _LARGEST_FLOAT32),
+    **{
+        t: (0, 2**n - 1) if t in _UNSIGNED else (-(2 ** (n - 1)), 2 ** (n - 1) - 1)
+        for t, n in _WIDTHS.items()
+    },
+}
+
+# what a wire may carry to a type, as a double: one from 2^53 on may be another integer than its source's
+RANGES: dict[int, tuple[float, float]] = {
+    t: (float(max(least, -MOST_EXACT)), float(min(largest, MOST_EXACT)))
+    if t in LONG
+    else (float(least), float(largest))
+    for t, (least, largest) in TYPE_RANGES.items()
 }

@@ -1,45 +1,68 @@
 """
 A checked system as an SSP 1.0 archive.
 
-FMUs and parameter values stand in `resources/`; what SSP has no word for (order, delays, rates, what a
-run is judged by) stands in an annotation of the system as JSON. The root system has no connectors.
+FMUs and parameter values are in `resources/`; what SSP has no word for (order, delays, rates, what a run is
+judged by) is in an annotation of the system as JSON. The root system has no connectors, which some tools
+refuse. Conversions of units are written out as linear transformations, as few tools convert units.
 Source: System Structure and Parameterization 1.0, Modelica Association (2019).
 """
 
 from __future__ import annotations
 
 import io
-import json
+import re
 import zipfile
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
-from xml.etree import ElementTree as ET
+from urllib.parse import quote
 
+from lxml import etree
+
+from master.errors import ConfigError
 from master.experiment.experiment import Experiment
 from master.fmi.description import Kind, Variable
-from master.system.graph import Instance, Wire
+from master.fmi.units import Unit
+from master.system.graph import Instance, System, Wire
 
-from .names import COUPLING, SSC, SSD, SSV, STRUCTURE, ssc, ssd, ssv
+from .annotation import write_coupling
+from .names import COUPLING, COUPLING_ELEMENT, FMU, PREFIXES, STRUCTURE, ssc, ssd, ssv
 
 PARAMETER_SET = "initialValues"  # one name for all FMUs: tools choose a set by its name
 _DATE = (2026, 1, 1, 0, 0, 0)
+_INT32 = range(-(2**31), 2**31)
+_NOT_XML = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
 def write_ssp(experiment: Experiment, path: Path) -> Path:
-    """Write the archive."""
-    for prefix, uri in (("ssc", SSC), ("ssd", SSD), ("ssv", SSV)):
-        ET.register_namespace(prefix, uri)
-    instances = experiment.system.instances
-    contents = {STRUCTURE: _document(_structure(experiment))}
-    for name, instance in instances.items():
-        contents[f"resources/{name}.fmu"] = instance.description.path.read_bytes()
-        contents[f"resources/{name}.ssv"] = _document(_parameter_set(instance))
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_bytes(_pack(contents))
+    """
+    Write the archive.
+
+    Raises:
+        ConfigError: With every part of the system that an SSP cannot hold, or if the file cannot be written.
+    """
+    problems = list(_faults(experiment))
+    if problems:
+        raise ConfigError(problems)
+    files = _files(experiment.system)
+    unsaid: dict[str, dict[str, float | str]] = {}
+    contents: dict[str, bytes] = {}
+    for name, instance in experiment.system.instances.items():
+        said = {key: value for key, value in instance.start.items() if _can_say(instance, key, value)}
+        contents[f"resources/{files[name]}.fmu"] = instance.description.path.read_bytes()
+        contents[f"resources/{files[name]}.ssv"] = _document(_parameter_set(instance, said))
+        left = {key: value for key, value in instance.start.items() if key not in said}
+        if left:
+            unsaid[name] = left
+    structure = _document(_structure(experiment, files, write_coupling(experiment, unsaid)))
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(_pack({STRUCTURE: structure, **contents}))
+    except (OSError, ValueError) as error:
+        raise ConfigError([f"{path}: cannot be written, got {error}"]) from None
     return path
 
 
-def _pack(contents: dict[str, bytes]) -> bytes:
+def _pack(contents: Mapping[str, bytes]) -> bytes:
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, content in contents.items():
@@ -47,74 +70,104 @@ def _pack(contents: dict[str, bytes]) -> bytes:
     return buffer.getvalue()
 
 
-def _document(root: ET.Element) -> bytes:
-    ET.indent(root)
-    text: bytes = ET.tostring(root, encoding="UTF-8", xml_declaration=True)
-    return text + b"\n"
+def _document(root: etree._Element) -> bytes:
+    text: bytes = etree.tostring(root, encoding="UTF-8", xml_declaration=True, pretty_print=True)
+    return text
 
 
-def _structure(experiment: Experiment) -> ET.Element:
+def _faults(experiment: Experiment) -> Iterator[str]:
+    """What no SSP can say: characters that XML does not have, a map and a factor on one connection."""
+    config, system = experiment.config, experiment.system
+    names = [config.name, config.description]
+    for name, instance in system.instances.items():
+        names += [name, *(v.name for v in instance.description.variables)]
+    for name in names:
+        if _NOT_XML.search(name):
+            yield f"{name!r}: cannot be written as SSP, got a character that XML does not have"
+    for wire in system.wires:
+        ends = f"{wire.source.name} -> {wire.target.name}"
+        conversion = wire.conversion
+        kinds = {wire.source.variable.kind, wire.target.variable.kind}
+        if not conversion.is_affine and (conversion.factor, conversion.offset) != (1.0, 0.0):
+            yield f"{ends}: cannot be written as SSP, got a map with a factor or an offset, expected one"
+        if not conversion.is_affine and len(kinds) > 1:
+            yield f"{ends}: cannot be written as SSP, got a map between different types, expected one type"
+
+
+def _files(system: System) -> dict[str, str]:
+    """Names of the files of each FMU: plain characters, each once also where letters have no case."""
+    found: dict[str, str] = {}
+    taken: set[str] = set()
+    for name in system.instances:
+        wanted = re.sub(r"[^A-Za-z0-9_-]", "_", name)[:80]
+        file = wanted
+        n = 2
+        while file.lower() in taken:
+            file = f"{wanted}_{n}"
+            n += 1
+        taken.add(file.lower())
+        found[name] = file
+    return found
+
+
+def _structure(experiment: Experiment, files: Mapping[str, str], coupling: str) -> etree._Element:
     config = experiment.config
-    root = ET.Element(ssd("SystemStructureDescription"), version="1.0", name=config.name)
-    system = ET.SubElement(root, ssd("System"), name=config.name, description=config.description)
-    elements = ET.SubElement(system, ssd("Elements"))
-    for instance in experiment.system.instances.values():
-        _component(elements, instance)
-    connections = ET.SubElement(system, ssd("Connections"))
-    for wire in experiment.system.wires:
-        _connection(connections, wire)
-    annotations = ET.SubElement(system, ssd("Annotations"))
-    annotation = ET.SubElement(annotations, ssc("Annotation"), type=COUPLING)
-    ET.SubElement(annotation, "Coupling").text = json.dumps(coupling(experiment), sort_keys=True)
-    _units(root, experiment)
+    units = _units_of(experiment.system)
+    root = etree.Element(
+        ssd("SystemStructureDescription"),
+        version="1.0",
+        name=config.name,
+        nsmap={key: PREFIXES[key] for key in ("ssd", "ssc", "ssv")},
+    )
+    system = etree.SubElement(root, ssd("System"), name=config.name, description=config.description)
+    elements = etree.SubElement(system, ssd("Elements"))
+    for name, instance in experiment.system.instances.items():
+        _component(elements, instance, quote(f"resources/{files[name]}"), units)
+    if experiment.system.wires:
+        connections = etree.SubElement(system, ssd("Connections"))
+        for wire in experiment.system.wires:
+            _connection(connections, wire)
+    annotations = etree.SubElement(system, ssd("Annotations"))
+    annotation = etree.SubElement(annotations, ssc("Annotation"), type=COUPLING)
+    etree.SubElement(annotation, COUPLING_ELEMENT, nsmap={None: COUPLING}).text = coupling
+    _write_units(root, units)
     times = {"startTime": repr(config.start_time), "stopTime": repr(config.stop_time)}
-    ET.SubElement(root, ssd("DefaultExperiment"), times)
+    etree.SubElement(root, ssd("DefaultExperiment"), times)
     return root
 
 
-def coupling(experiment: Experiment) -> dict[str, Any]:
-    """What SSP has no word for, as data of the YAML form."""
-    kept = experiment.config.model_dump(by_alias=True, exclude_unset=True)
-    return {
-        "variant": experiment.variant,
-        "every": {name: i.every for name, i in experiment.system.instances.items() if i.every > 1},
-        "step_size": experiment.config.step_size,
-        **{
-            key: kept[key]
-            for key in ("description", "coupling", "compare", "limits", "events")
-            if key in kept
-        },
-        "connections": [c.model_dump(by_alias=True) for c in experiment.config.connections],
-    }
-
-
-def _component(elements: ET.Element, instance: Instance) -> None:
-    component = ET.SubElement(
+def _component(elements: etree._Element, instance: Instance, source: str, units: Mapping[str, Unit]) -> None:
+    component = etree.SubElement(
         elements,
         ssd("Component"),
         name=instance.name,
-        type="application/x-fmu-sharedlibrary",
-        source=f"resources/{instance.name}.fmu",
+        type=FMU,
+        source=f"{source}.fmu",
         implementation="CoSimulation",
     )
-    connectors = ET.SubElement(component, ssd("Connectors"))
-    for v in instance.description.variables:
-        if v.causality in ("input", "output") and v.kind is not Kind.STRING:
-            connector = ET.SubElement(connectors, ssd("Connector"), name=v.name, kind=v.causality)
-            _type(connector, v)
-    bindings = ET.SubElement(component, ssd("ParameterBindings"))
-    ET.SubElement(bindings, ssd("ParameterBinding"), source=f"resources/{instance.name}.ssv")
+    connected = [
+        v
+        for v in instance.description.variables
+        if v.causality in ("input", "output") and v.kind is not Kind.STRING
+    ]
+    if connected:
+        connectors = etree.SubElement(component, ssd("Connectors"))
+        for v in connected:
+            connector = etree.SubElement(connectors, ssd("Connector"), name=v.name, kind=v.causality)
+            _type(connector, v, units)
+    bindings = etree.SubElement(component, ssd("ParameterBindings"))
+    etree.SubElement(bindings, ssd("ParameterBinding"), source=f"{source}.ssv")
 
 
-def _type(parent: ET.Element, v: Variable) -> None:
+def _type(parent: etree._Element, v: Variable, units: Mapping[str, Unit]) -> None:
     tag = {Kind.REAL: "Real", Kind.BOOLEAN: "Boolean"}.get(v.kind, "Integer")
-    element = ET.SubElement(parent, ssc(tag))
-    if v.unit is not None and v.kind is Kind.REAL:
+    element = etree.SubElement(parent, ssc(tag))
+    if v.kind is Kind.REAL and v.unit is not None and units.get(v.unit.name) == v.unit:
         element.set("unit", v.unit.name)
 
 
-def _connection(connections: ET.Element, wire: Wire) -> None:
-    connection = ET.SubElement(
+def _connection(connections: etree._Element, wire: Wire) -> None:
+    connection = etree.SubElement(
         connections,
         ssd("Connection"),
         startElement=wire.source.instance,
@@ -122,38 +175,67 @@ def _connection(connections: ET.Element, wire: Wire) -> None:
         endElement=wire.target.instance,
         endConnector=wire.target.variable.name,
     )
-    if not wire.conversion.is_identity:
+    conversion = wire.conversion
+    units = [wire.source.variable.unit, wire.target.variable.unit]
+    if not conversion.is_identity or units[0] != units[1]:
         connection.set("suppressUnitConversion", "true")
-        factor, offset = repr(wire.conversion.factor), repr(wire.conversion.offset)
-        ET.SubElement(connection, ssc("LinearTransformation"), factor=factor, offset=offset)
+    if not conversion.is_affine:
+        kind = "Boolean" if wire.source.variable.kind is Kind.BOOLEAN else "Integer"
+        mapping = etree.SubElement(connection, ssc(f"{kind}MappingTransformation"))
+        for source, target in conversion.table:
+            texts = [_number(kind, value) for value in (source, target)]
+            etree.SubElement(mapping, ssc("MapEntry"), source=texts[0], target=texts[1])
+    elif not conversion.is_identity:
+        factor, offset = repr(conversion.factor), repr(conversion.offset)
+        etree.SubElement(connection, ssc("LinearTransformation"), factor=factor, offset=offset)
 
 
-def _units(root: ET.Element, experiment: Experiment) -> None:
-    found = {
-        v.unit.name: v.unit
-        for i in experiment.system.instances.values()
-        for v in i.description.variables
-        if v.unit is not None and v.unit.defined and v.causality in ("input", "output")
-    }
+def _number(kind: str, value: float) -> str:
+    if kind == "Boolean":
+        return "true" if value else "false"
+    return str(int(value))
+
+
+def _units_of(system: System) -> dict[str, Unit]:
+    """Units of connectors by name; of two that share a name the first, the other is left to its FMU."""
+    found: dict[str, Unit] = {}
+    for instance in system.instances.values():
+        for v in instance.description.variables:
+            if v.unit is not None and v.unit.defined and v.causality in ("input", "output"):
+                found.setdefault(v.unit.name, v.unit)
+    return found
+
+
+def _write_units(root: etree._Element, found: Mapping[str, Unit]) -> None:
     if not found:
         return
-    units = ET.SubElement(root, ssd("Units"))
+    units = etree.SubElement(root, ssd("Units"))
     for name in sorted(found):
         unit = found[name]
         base = {key: str(exponent) for key, exponent in unit.exponents.items()}
         if unit.factor != 1.0 or unit.offset != 0.0:
             base |= {"factor": repr(unit.factor), "offset": repr(unit.offset)}
-        ET.SubElement(ET.SubElement(units, ssc("Unit"), name=name), ssc("BaseUnit"), base)
+        etree.SubElement(etree.SubElement(units, ssc("Unit"), name=name), ssc("BaseUnit"), base)
 
 
-def _parameter_set(instance: Instance) -> ET.Element:
-    root = ET.Element(ssv("ParameterSet"), version="1.0", name=PARAMETER_SET)
-    parameters = ET.SubElement(root, ssv("Parameters"))
-    for key, value in instance.start.items():
+def _can_say(instance: Instance, key: str, value: float | str) -> bool:
+    """Whether a parameter set can hold a value: XML lacks some characters, its integers have 32 bits."""
+    variable = instance.description.by_name[key]
+    if isinstance(value, str):
+        return not _NOT_XML.search(value) and "\r" not in value
+    return variable.kind is not Kind.INTEGER or int(value) in _INT32
+
+
+def _parameter_set(instance: Instance, start: Mapping[str, float | str]) -> etree._Element:
+    root = etree.Element(
+        ssv("ParameterSet"), version="1.0", name=PARAMETER_SET, nsmap={"ssv": PREFIXES["ssv"]}
+    )
+    parameters = etree.SubElement(root, ssv("Parameters"))
+    for key, value in start.items():
         variable = instance.description.by_name[key]
-        parameter = ET.SubElement(parameters, ssv("Parameter"), name=key)
+        parameter = etree.SubElement(parameters, ssv("Parameter"), name=key)
         tag, text = _value(variable, value)
-        ET.SubElement(parameter, ssv(tag), value=text)
+        etree.SubElement(parameter, ssv(tag), value=text)
     return root
 
 
@@ -163,5 +245,6 @@ def _value(variable: Variable, value: float | str) -> tuple[str, str]:
     if variable.kind is Kind.BOOLEAN:
         return "Boolean", "true" if value else "false"
     if variable.kind is Kind.INTEGER:
-        return "Integer", str(int(value))
+        names = [name for name, number in variable.items.items() if number == value]
+        return ("Enumeration", names[0]) if names else ("Integer", str(int(value)))
     return "Real", repr(value)

@@ -1,112 +1,187 @@
-"""An SSP 1.0 archive as a configuration; one that is not ours is stepped side by side, as SSP tools do."""
+"""An SSP archive, or an unpacked structure, as a configuration; what is not ours is stepped side by side."""
 
 from __future__ import annotations
 
-import json
-import zipfile
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
-from xml.etree import ElementTree as ET
-
-from pydantic import ValidationError
 
 from master.errors import ConfigError
+from master.fmi.units import Conversion
 from master.system.config import Config, LoadedConfig
-from master.text.yaml_lines import Document
+from master.text.validation import validated
+from master.text.yaml_lines import Document, Place
 
-from .names import COUPLING, STRUCTURE, ssc, ssd, ssv
+from .annotation import Coupling, read_coupling
+from .names import COUPLING
+from .package import Archive, Folder, Package
+from .parse import default_structure, parse_structure
+from .resolve import Resolved, ResolvedWire, resolve
+from .structure import Structure
 
-_DEFAULT_STEP = 1e-3
+SUFFIXES = (".ssp", ".ssd")
+
+_DEFAULT_STEP = 1e-3  # s
+_DEFAULT_DURATION = 1.0  # s
 
 
-def read_ssp(path: Path, folder: Path) -> LoadedConfig:
+@dataclass(frozen=True)
+class SspDocument(Document):
+    """Data whose places are elements of XML files."""
+
+    places: Mapping[Place, str] = field(default_factory=dict)
+
+    def where(self, place: Place) -> str:
+        """Name the element that gave a value; the nearest that is known."""
+        known = place
+        while known and known not in self.places:
+            known = known[:-1]
+        return self.places.get(known, str(self.path))
+
+
+def read_ssp(
+    path: Path, folder: Path, step_size: float | None = None, stop_time: float | None = None
+) -> LoadedConfig:
     """
-    Unpack an archive into a folder and read its system.
+    Read the system of an archive or of a structure file.
+
+    Args:
+        path: A file `*.ssp` or `*.ssd`.
+        folder: Where FMUs are unpacked.
+        step_size: In place of the file's [s].
+        stop_time: What will take the place of the file's stop time [s], which then need not fit.
 
     Raises:
-        ConfigError: If the file is not an SSP archive or its system is not a flat one of FMUs.
+        ConfigError: With every fault that the first stage to find any has found.
     """
+    structure, others = _structure(path, folder)
+    coupling = None if structure.coupling is None else read_coupling(structure.coupling)
+    resolved = resolve(structure, () if coupling is None else coupling.connections)
+    data = _data(structure, resolved, coupling, step_size)
+    document = SspDocument(path, data, places=_places(structure, resolved))
+    notes = (*_notes(structure, data, coupling is None, step_size is None), *others)
+    notes = (*notes, *structure.notes, *resolved.notes)
     try:
-        with zipfile.ZipFile(path) as archive:
-            archive.extractall(folder)
-        root = ET.parse(folder / STRUCTURE).getroot()
-    except FileNotFoundError:
-        raise ConfigError(
-            [f"{path}: no such file or no {STRUCTURE} in it, expected an SSP archive"]
-        ) from None
-    except (zipfile.BadZipFile, ET.ParseError, OSError):
-        raise ConfigError([f"{path}: not an SSP archive, expected a zip file with {STRUCTURE}"]) from None
-    system = root.find(ssd("System"))
-    if system is None:
-        raise ConfigError([f"{path}: {STRUCTURE} has no System"])
-    data = _configuration(root, system, folder)
+        config = validated(Config, document, "system")
+    except ConfigError:
+        if stop_time is None:
+            raise
+        data["stop_time"] = stop_time
+        config = validated(Config, document, "system")
+    return LoadedConfig(config, document, notes=notes, is_designed=coupling is not None)
+
+
+def _structure(path: Path, folder: Path) -> tuple[Structure, list[str]]:
+    """Read the structure; in an archive also what other structures there are, as notes."""
+    if path.suffix.lower() == ".ssd":
+        package: Package = Folder(path.parent, str(path.parent))
+        if not package.has(path.name):
+            raise ConfigError([f"{path}: no such file, expected a structure (.ssd)"])
+        return parse_structure(package, path.name, folder), []
+    archive = Archive(path, str(path))
     try:
-        return LoadedConfig(config=Config.model_validate(data), document=Document(folder / path.name, data))
-    except ValidationError as error:
-        places = (".".join(map(str, e["loc"])) + ": " + e["msg"] for e in error.errors())
-        raise ConfigError(f"{path}: {place}" for place in places) from None
+        member = default_structure(archive)
+        others = [n for n in archive.names if "/" not in n and n.lower().endswith(".ssd") and n != member]
+        notes = [f"{member} is read, not {', '.join(others)}"] if others else []
+        return parse_structure(archive, member, folder), notes
+    finally:
+        archive.close()
 
 
-def _configuration(root: ET.Element, system: ET.Element, folder: Path) -> dict[str, Any]:
-    experiment = root.find(ssd("DefaultExperiment"))
-    times = {} if experiment is None else experiment.attrib
-    extra = _coupling(system)
-    every = extra.pop("every", {})
-    extra.pop("variant", None)
-    fmus = {
-        c.get("name", ""): _fmu(c, folder, every)
-        for c in system.iterfind(f"{ssd('Elements')}/{ssd('Component')}")
-    }
-    found: dict[str, Any] = {
-        "name": root.get("name") or "system",
-        "step_size": _DEFAULT_STEP,
-        "start_time": float(times.get("startTime", 0.0)),
-        "stop_time": float(times.get("stopTime", 1.0)),
-        "fmus": fmus,
-        "coupling": {"order": [list(fmus)]},
-        "connections": [_connection(c) for c in system.iterfind(f"{ssd('Connections')}/{ssd('Connection')}")],
-    }
-    return found | extra
-
-
-def _coupling(system: ET.Element) -> dict[str, Any]:
-    for annotation in system.iterfind(f"{ssd('Annotations')}/{ssc('Annotation')}"):
-        if annotation.get("type") == COUPLING:
-            found = annotation.find("Coupling")
-            data = json.loads((found.text if found is not None else None) or "{}")
-            return dict(data) if isinstance(data, dict) else {}
-    return {}
-
-
-def _fmu(component: ET.Element, folder: Path, every: dict[str, int]) -> dict[str, Any]:
-    name, source = component.get("name", ""), component.get("source", "")
-    values: dict[str, Any] = {}
-    for binding in component.iterfind(f"{ssd('ParameterBindings')}/{ssd('ParameterBinding')}"):
-        inline = binding.find(f"{ssd('ParameterValues')}/{ssv('ParameterSet')}")
-        parameters = inline if inline is not None else ET.parse(folder / binding.get("source", "")).getroot()
-        values |= _values(parameters)
-    return {"source": source, "start": values, "every": every.get(name, 1)}
-
-
-def _values(parameter_set: ET.Element) -> dict[str, Any]:
-    found: dict[str, Any] = {}
-    for parameter in parameter_set.iterfind(f"{ssv('Parameters')}/{ssv('Parameter')}"):
-        for value in parameter:
-            kind, text = value.tag.rpartition("}")[2], value.get("value", "")
-            found[parameter.get("name", "")] = _value(kind, text)
-    return found
-
-
-def _value(kind: str, text: str) -> bool | int | float | str:
-    if kind == "Real":
-        return float(text)
-    if kind == "Integer":
-        return int(text)
-    return text == "true" if kind == "Boolean" else text
-
-
-def _connection(c: ET.Element) -> dict[str, Any]:
+def _data(
+    structure: Structure, resolved: Resolved, coupling: Coupling | None, step_size: float | None
+) -> dict[str, Any]:
+    """Data of the YAML form."""
+    given = coupling or Coupling(parts={"coupling": {"order": [list(resolved.fmus)]}})
+    problems = _annotation_faults(structure, resolved, given)
+    if problems:
+        raise ConfigError(problems)
+    asked = step_size if step_size is not None and 0.0 < step_size < math.inf else None
+    start_time = 0.0 if structure.start_time is None else structure.start_time
+    stop_time = structure.stop_time
     return {
-        "from": f"{c.get('startElement')}.{c.get('startConnector')}",
-        "to": f"{c.get('endElement')}.{c.get('endConnector')}",
+        "name": _name(structure.name or structure.system.name),
+        "description": structure.description,
+        "step_size": asked or given.step_size or _DEFAULT_STEP,
+        "start_time": start_time,
+        "stop_time": start_time + _DEFAULT_DURATION if stop_time is None else stop_time,
+        "fmus": {
+            name: {
+                "source": str(fmu.file),
+                "start": {**fmu.start, **given.start.get(name, {})},
+                "every": given.every.get(name, 1),
+            }
+            for name, fmu in resolved.fmus.items()
+        },
+        "connections": [_connection(wire, given) for wire in resolved.wires],
+        **given.parts,
     }
+
+
+def _name(text: str) -> str:
+    """Name that a folder of results can have."""
+    name = "".join("-" if c in "/\\" or not c.isprintable() else c for c in text)
+    return name if name.strip(". ") else "system"
+
+
+def _annotation_faults(structure: Structure, resolved: Resolved, given: Coupling) -> list[str]:
+    """What the annotation names and the structure lacks: another tool has changed it."""
+    if structure.coupling is None:
+        return []
+    where = f"{structure.coupling.where}: Coupling"
+    wires = {(wire.source, wire.target) for wire in resolved.wires}
+    lacking = [f"no such connection, got {s} -> {t}" for s, t in given.connections if (s, t) not in wires]
+    named = {*given.every, *given.start}
+    lacking += [f"no such FMU, got {name!r}" for name in sorted(named - set(resolved.fmus))]
+    return [f"{where}: {fault}, expected one of the system" for fault in lacking]
+
+
+def _connection(wire: ResolvedWire, given: Coupling) -> dict[str, Any]:
+    found: dict[str, Any] = {"from": wire.source, "to": wire.target}
+    if wire.conversion is not None:
+        found |= _conversion(wire.conversion)
+    return {**found, **given.connections.get((wire.source, wire.target), {})}
+
+
+def _conversion(conversion: Conversion) -> dict[str, Any]:
+    return {
+        "units": "ignored",
+        "factor": conversion.factor,
+        "offset": conversion.offset,
+        "map": {int(key): int(value) for key, value in conversion.table},
+    }
+
+
+def _places(structure: Structure, resolved: Resolved) -> dict[Place, str]:
+    places: dict[Place, str] = {(): structure.system.where}
+    places |= {(key,): structure.times_where for key in ("start_time", "stop_time", "step_size")}
+    for name, fmu in resolved.fmus.items():
+        places["fmus", name] = fmu.where
+        places |= {("fmus", name, "start", key): where for key, where in fmu.places.items()}
+    places |= {("connections", i): wire.where for i, wire in enumerate(resolved.wires)}
+    if structure.coupling is not None:
+        for key in ("coupling", "compare", "dpdc", "events", "limits", "variants"):
+            places[(key,)] = f"{structure.coupling.where}: {key}"
+    return places
+
+
+def _notes(structure: Structure, data: Mapping[str, Any], is_foreign: bool, default_step: bool) -> list[str]:
+    """What the file does not say and was chosen for it."""
+    notes = []
+    if data["name"] != structure.name:
+        notes.append(f"the system {structure.name!r} is called {data['name']!r} here")
+    step = f"{data['step_size']:.15g} s"
+    if is_foreign:
+        chosen = f"{step} (--step-size sets another)" if default_step else step
+        notes.append(f"SSP names no order and no step size: stepped side by side, every {chosen}")
+    times = {"startTime": structure.start_time, "stopTime": structure.stop_time}
+    absent = [name for name, value in times.items() if value is None]
+    if absent:
+        span = f"from {data['start_time']:.15g} s to {data['stop_time']:.15g} s"
+        notes.append(f"the file has no {' and no '.join(absent)}: stepped {span}")
+    other = [name for name in structure.annotations if name != COUPLING]
+    if other:
+        notes.append(f"annotations of other tools are not read: {', '.join(other)}")
+    return notes

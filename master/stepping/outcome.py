@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -24,13 +24,15 @@ COMPLETED, DIVERGED, FAILED, INTERRUPTED, OVERRUN, TERMINATED = (
 @dataclass(frozen=True)
 class RunOptions:
     """
-    What a run does beside stepping.
+    What a run does besides stepping.
 
-    `limits`: largest magnitude by signal, beyond which the run has diverged. `scenario`: events.
-    `pacer`: real time. `sink`: where all rows go; then every `keep_every`-th stays in memory.
+    `limits`: largest magnitude by signal, beyond which the run has diverged. `compared`: signals that have to
+    be finite even if nothing takes them. `scenario`: events. `pacer`: real time. `sink`: where all rows go;
+    then every `keep_every`-th stays in memory.
     """
 
     limits: Mapping[str, float] = field(default_factory=dict)
+    compared: Collection[str] = ()
     scenario: Scenario = field(default_factory=Scenario)
     pacer: Pacer | None = None
     sink: Sink | None = None
@@ -43,7 +45,7 @@ class Outcome:
     How a run ended and what it computed.
 
     `error` says why if it failed, `cause` why it ended early; `not_reached` are the conditions of a
-    scenario that did not come true.
+    scenario that did not come true, `warnings` what did not end the run but should be known.
     """
 
     status: str
@@ -54,3 +56,4 @@ class Outcome:
     cause: str = ""
     real_time: dict[str, Any] | None = None
     not_reached: list[str] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)

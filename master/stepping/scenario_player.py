@@ -22,37 +22,48 @@ from master.stepping.machine.program import (
     Program,
 )
 from master.system.graph import System
+from master.system.grid import Grid
 from master.system.scenario import Action, Scenario, ScenarioEvent
+from master.text.signal_name import SignalName
 
+NEVER = 2**62  # no run has as many ticks
 _NEUTRAL = {MODE: float(PASS), OFFSET: 0.0, DELAY: 0.0, JITTER: 0.0}
 
 
-class Director:
+class ScenarioPlayer:
     """
-    Changes channels and values when a scenario's time has come.
+    Changes channels and values when a scenario's time has come; times are counted in ticks.
 
     Of events that overlap on the same thing, the one that began last holds; when it ends, the one before
     it holds again, and in the end the value from before the first.
     """
 
     def __init__(
-        self, scenario: Scenario, system: System, program: Program, slaves: Mapping[str, Slave]
+        self,
+        scenario: Scenario,
+        system: System,
+        program: Program,
+        slaves: Mapping[str, Slave],
+        grid: Grid,
     ) -> None:
-        self._system, self._program, self._slaves = system, program, slaves
-        self._waiting = [e for e in scenario.events if e.condition is None]
+        self._system = system
+        self._program = program
+        self._slaves = slaves
+        self._grid = grid
+        self._waiting = [(grid.tick_at(e.at), e) for e in scenario.events if e.at is not None]
         self._conditional = [e for e in scenario.events if e.condition is not None]
         self._places = [program.place[e.condition.signal] for e in self._conditional if e.condition]
         self._armed = [True] * len(self._conditional)
-        self._acting: list[tuple[float, Action]] = []
+        self._acting: list[tuple[int, Action]] = []
         self._before: dict[str, float] = {}
         for name, row in program.channel_of.items():
-            start = system.instances[name.partition(".")[0]].value_of(name.partition(".")[2])
+            start = system.instances[SignalName(name).instance].value_of(SignalName(name).variable)
             program.memory.channels[row, FALLBACK] = float(start or 0.0)
             program.memory.channels[row, RANDOM] = 1.0
             program.memory.channels[row, DRAWN] = -1.0
 
     def triggers(self) -> tuple[Integers, Floats]:
-        """Arrays `triggers` and `thresholds` of `loop.Watch`."""
+        """Arrays `triggers` and `thresholds` of `LimitMonitor`."""
         conditions = [e.condition for e in self._conditional if e.condition is not None]
         places = [[place, armed] for place, armed in zip(self._places, self._armed, strict=True)]
         thresholds = [[c.sign, c.threshold] for c in conditions]
@@ -60,39 +71,42 @@ class Director:
             thresholds, dtype=np.float64
         ).reshape(-1, 2)
 
-    def next_time(self) -> float:
-        """Earliest time [s] at which something is to be changed."""
-        times = [e.at for e in self._waiting if e.at is not None] + [end for end, _ in self._acting]
-        return min(times, default=np.inf)
+    def conditions(self) -> list[str]:
+        """Signals that conditions look at."""
+        return [e.condition.signal for e in self._conditional if e.condition is not None]
+
+    def next_tick(self) -> int:
+        """First tick before which something is to be changed."""
+        ticks = [tick for tick, _ in self._waiting] + [end for end, _ in self._acting]
+        return min(ticks, default=NEVER)
 
     def not_reached(self) -> list[str]:
         """Conditions that did not come true."""
         pairs = zip(self._conditional, self._armed, strict=True)
         return [str(e.condition) for e, armed in pairs if armed]
 
-    def look(self, triggers: Integers, now: float) -> None:
-        """Carry out every event whose condition is true at `now` [s], each once."""
+    def look(self, triggers: Integers, tick: int) -> None:
+        """Carry out every event whose condition is true before a tick, each once."""
         for i, event in enumerate(self._conditional):
             value = self._program.values[self._places[i]]
             if self._armed[i] and event.condition is not None and event.condition.holds(value):
                 self._armed[i] = False
                 triggers[i, 1] = 0
-                self._begin(event, now)
+                self._begin(event, tick)
 
-    def advance(self, now: float, tolerance: float) -> None:
-        """Carry out all that is due at `now` [s] within a tolerance [s], endings first."""
-        by = now + tolerance
-        over = [(end, action) for end, action in self._acting if end <= by]
-        self._acting = [(end, action) for end, action in self._acting if end > by]
-        for target in dict.fromkeys(action.target for _, action in over):
+    def advance(self, tick: int) -> None:
+        """Carry out all that is due before a tick, endings first."""
+        over = [action for end, action in self._acting if end <= tick]
+        self._acting = [(end, action) for end, action in self._acting if end > tick]
+        for target in dict.fromkeys(action.target for action in over):
             self._refresh(target)
-        due = [e for e in self._waiting if e.at is not None and e.at <= by]
-        self._waiting = [e for e in self._waiting if e not in due]
+        due = [event for at, event in self._waiting if at <= tick]
+        self._waiting = [(at, event) for at, event in self._waiting if at > tick]
         for event in due:
-            self._begin(event, now)
+            self._begin(event, tick)
 
-    def _begin(self, event: ScenarioEvent, now: float) -> None:
-        end = np.inf if event.duration is None else now + event.duration
+    def _begin(self, event: ScenarioEvent, tick: int) -> None:
+        end = NEVER if event.duration is None else tick + self._grid.ticks_of(event.duration)
         for action in event.actions:
             if action.value is not None and action.target not in self._before:
                 slave, variable = self._slave_and_variable(action.target)

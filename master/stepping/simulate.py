@@ -12,8 +12,7 @@ from master.fmi.fmi2 import Fmi2Slave
 from master.fmi.fmi3 import Fmi3Slave
 from master.fmi.native import calls
 from master.fmi.slave import Slave
-from master.fmi.unpacked import require_binary
-from master.stepping.machine.interpreter import compiled as compiled_execute
+from master.stepping.machine.compiled import compiled as compiled_execute
 from master.stepping.machine.interpreter import execute
 from master.stepping.machine.program import Program
 from master.stepping.outcome import (
@@ -34,7 +33,6 @@ SlaveFactory = Callable[[str, Description], Slave]
 
 def load(name: str, description: Description) -> Slave:
     """Load an FMU of either version."""
-    require_binary(name, description)
     return Fmi2Slave(name, description) if description.version == 2 else Fmi3Slave(name, description)
 
 
@@ -85,14 +83,15 @@ def running(
     progress: ProgressCallback = _silent,
     compiled: bool = True,
 ) -> Iterator[tuple[Outcome, Mapping[str, Slave]]]:
-    """Step a system as `simulate` does, and give its FMUs beside the outcome; they end behind the block."""
+    """Step a system as `simulate` does; yields its FMUs too, which end after the block."""
     options = options or RunOptions()
     slaves: dict[str, Slave] = {}
     failed: dict[str, str] = {}
     try:
         for name, instance in system.instances.items():
             slaves[name] = factory(name, instance.description)
-        initialise(system, schedule, slaves, grid.t0)
+        stop = grid.stop({i.every for i in system.instances.values()})
+        initialise(system, schedule, slaves, grid.t0, stop)
         program = build_program(system, schedule, slaves, options.scenario.channels())
         loop = RunLoop(system, grid, program, slaves, options)
         outcome = loop.run(compiled_execute() if compiled else execute, progress)

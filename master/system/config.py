@@ -3,136 +3,113 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from fractions import Fraction
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import (
-    AfterValidator,
-    BaseModel,
-    ConfigDict,
-    Discriminator,
     Field,
-    Tag,
     ValidationError,
     ValidationInfo,
     field_validator,
     model_validator,
 )
 
-from master.errors import ConfigError, expected
-from master.text.yaml_lines import Document, Place, read_yaml
+from master.coupling.methods.catalogue import OrderEntry
+from master.errors import ConfigError, Problem
+from master.text.fields import (
+    Finite,
+    GivenValue,
+    InstanceName,
+    Integer,
+    Name,
+    OrEmpty,
+    ParameterValues,
+    Positive,
+    Seconds,
+    Section,
+    Signal,
+    SignalKey,
+    Ticks,
+)
+from master.text.scalar import float_of
+from master.text.validation import problems_of, validate
+from master.text.yaml_lines import Document, read_yaml
 
-MOST_DELAY = 10**7  # ticks; each older value is kept in memory
+from .grid import ticks_between
+
 MOST_TICKS = 2**53  # beyond it a double does not tell one tick from the next
-
-Value = bool | int | float | str
-ParameterValues = dict[str, Value]
-
-
-def finite(value: float) -> float:
-    """Give a finite number back; ValueError for any other."""
-    if not math.isfinite(value):
-        raise ValueError("not a finite number")
-    return value
+MOST_EVERY = 10**9  # ticks
+MOST_ITERATIONS = 10**6
+FINEST = 0.25  # largest distance of two neighbouring doubles at the run's times, in steps
+UNKNOWN_SOURCE = "<unknown>"  # of an FMU whose own source is missing or wrong, while the rest is checked
 
 
-def _signal(text: str) -> str:
-    instance, _, variable = text.partition(".")
-    if not (instance and variable):
-        raise ValueError("not an 'instance.variable'")
-    return text
-
-
-def _name(text: str) -> str:
-    if not text or any(c.isspace() or c in ".<>" for c in text):
-        raise ValueError("not a name without spaces, '.', '<' and '>'")
-    return text
-
-
-Name = Annotated[str, AfterValidator(_name)]
-Signal = Annotated[str, AfterValidator(_signal)]
-Finite = Annotated[float, AfterValidator(finite)]
-Ticks = Annotated[int, Field(ge=0, le=MOST_DELAY)]
-Seconds = Annotated[float, Field(gt=0.0), AfterValidator(finite)]
-
-
-class Part(BaseModel):
-    """Base of all parts: no unknown keys, no changes after reading."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True)
-
-
-class FmuEntry(Part):
+class FmuEntry(Section):
     """One FMU: a model's name or a path, its values, and how often it steps."""
 
-    source: str
+    source: str = Field(examples=["spacecraft"])
     parameters: ParameterValues = {}
     start: ParameterValues = {}
-    every: Annotated[int, Field(ge=1)] = 1
+    every: Annotated[Integer, Field(ge=1, le=MOST_EVERY)] = 1
+
+    @classmethod
+    def stand_in(cls, key: str, data: Mapping[str, Any]) -> Any:
+        return UNKNOWN_SOURCE if key == "source" else None
 
 
-class Connection(Part):
-    """A wire; `delay` adds whole steps, `extrapolation` is the order of a polynomial one step on."""
+class Connection(Section):
+    """
+    A wire; `delay` adds whole steps, `extrapolation` is the order of a polynomial one step on.
 
-    source: Signal = Field(alias="from")
-    target: Signal = Field(alias="to")
+    The target gets `factor` times the value plus `offset`, in its own unit; a `map` replaces values of an
+    integer, a Boolean or an enumeration first and keeps those that it does not name. `units: ignored`
+    takes the number as it is, whatever the units of both ends.
+    """
+
+    source: Signal = Field(alias="from", examples=["spacecraft.s_des"])
+    target: Signal = Field(alias="to", examples=["contact.s_act"])
+    units: Literal["converted", "ignored"] = "converted"
+    factor: Finite = 1.0
+    offset: Finite = 0.0
+    map: Annotated[dict[Integer, Integer], OrEmpty] = {}
     delay: Ticks = 0
-    extrapolation: Annotated[int, Field(ge=0, le=2)] = 0
-    tolerance: Annotated[float, Field(gt=0.0)] | None = None
+    extrapolation: Annotated[Integer, Field(ge=0, le=2)] = 0
+    tolerance: Positive | None = None
 
 
-class IteratedGroup(Part):
-    """FMUs that step one after the other, again and again from saved states, until their wires agree."""
-
-    iterate: Annotated[list[str], Field(min_length=1)]
-    tolerance: Annotated[float, Field(gt=0.0)] = 1e-9
-    maximum: Annotated[int, Field(ge=1)] = 50
-
-
-def _form(entry: Any) -> str:
-    if isinstance(entry, list):
-        return "<side by side>"
-    return "<iterated>" if isinstance(entry, dict | IteratedGroup) else "<one>"
-
-
-OrderEntry = Annotated[
-    Annotated[str, Tag("<one>")]
-    | Annotated[list[str], Tag("<side by side>")]
-    | Annotated[IteratedGroup, Tag("<iterated>")],
-    Discriminator(_form),
-]
-
-
-class Coupling(Part):
-    """The order in which the FMUs step; an inner list steps side by side, `{iterate: [...]}` iterates."""
+class Coupling(Section):
+    """The order in which the FMUs step; the methods of `master/coupling/methods` say how it is written."""
 
     order: list[OrderEntry] | None = None
 
 
-class Compare(Part):
+class Compare(Section):
     """What a run is judged by: the simulated motion, its reproduction and the reference."""
 
-    signal: Signal
+    signal: Signal = Field(examples=["spacecraft.s_des"])
     reproduced: Signal | None = None
     reference: Signal | None = None
-    offset: Annotated[float, Field(gt=0.0), AfterValidator(finite)]
+    offset: Seconds = Field(examples=[0.01])
     force: Signal | None = None
     reference_force: Signal | None = None
 
 
-class Event(Part):
+class Event(Section):
     """Something that happens in a run, at a time [s] or when `instance.variable > number` comes true."""
 
     at: Finite | None = None
     when: str | None = None
     duration: Seconds | None = Field(None, alias="for")
-    set: dict[Signal, Value] = {}
+    set: Annotated[dict[SignalKey, GivenValue], OrEmpty] = {}
     freeze: list[Signal] = []
     drop: list[Signal] = []
-    offset: dict[Signal, Finite] = {}
-    delay: dict[Signal, Ticks] = {}
-    jitter: dict[Signal, Ticks] = {}
-    seed: Annotated[int, Field(ge=1, lt=2147483647)] = 1
+    offset: Annotated[dict[SignalKey, Finite], OrEmpty] = {}
+    delay: Annotated[dict[SignalKey, Ticks], OrEmpty] = {}
+    jitter: Annotated[dict[SignalKey, Ticks], OrEmpty] = {}
+    seed: Annotated[Integer, Field(ge=1, lt=2147483647)] = 1
 
     @field_validator("freeze", "drop", mode="before")
     @classmethod
@@ -146,63 +123,101 @@ class Event(Part):
         return self
 
 
-class PhaseLead(Part):
+class PhaseLead(Section):
     """
     The DPDC of an FMU, designed from the plant before the run; ranges of m_s, m_e, k_m, k_p.
 
     `amplitude` is what the lead's gain at its frequency makes up for: nothing (paper), or the plant's.
     """
 
-    design: Literal["auto"]
+    design: Literal["auto"] = Field(examples=["auto"])
     fmu: str = "compensator"
     amplitude: Literal["paper", "plant"] = "paper"
-    ranges: dict[Literal["m_s", "m_e", "k_m", "k_p"], tuple[float, float]] = {}
+    ranges: Annotated[dict[Literal["m_s", "m_e", "k_m", "k_p"], tuple[Finite, Finite]], OrEmpty] = {}
 
 
-class Config(Part):
+_LATE = 10**9  # ticks: no event is after it
+
+
+def _late(data: Mapping[str, Any]) -> float | None:
+    """Stop time that fits the step size; None where that is wrong too."""
+    try:
+        return float_of(data.get("start_time", 0.0)) + _LATE * float_of(data.get("step_size", 1e-3))
+    except ValueError:
+        return None
+
+
+Variant = Annotated[dict[str, ParameterValues], OrEmpty]
+
+
+class Config(Section):
     """A whole system."""
 
-    name: str
+    name: Name = Field(examples=["my_system"])
     description: str = ""
     step_size: Seconds = 1e-3
     start_time: Finite = 0.0
-    stop_time: Seconds
-    fmus: Annotated[dict[Name, FmuEntry], Field(min_length=1)]
+    stop_time: Finite = Field(examples=[10.0])
+    fmus: Annotated[
+        dict[InstanceName, FmuEntry],
+        Field(min_length=1, examples=[{"spacecraft": {"source": "spacecraft"}}]),
+    ]
     coupling: Coupling = Coupling()
     connections: list[Connection] = []
-    variants: dict[str, dict[str, ParameterValues]] = {}
+    variants: dict[Name, Variant] = {}
     compare: Compare | None = None
     dpdc: PhaseLead | None = None
     events: list[Event] = []
-    limits: dict[Signal, Annotated[float, Field(gt=0.0)]] = {}
+    limits: dict[SignalKey, Positive] = {}
+
+    @classmethod
+    def stand_in(cls, key: str, data: Mapping[str, Any]) -> Any:
+        if key == "stop_time":
+            return _late(data)
+        return "system" if key == "name" else None
 
     @field_validator("stop_time")
     @classmethod
     def _whole_steps(cls, stop_time: float, info: ValidationInfo) -> float:
         if not {"step_size", "start_time"} <= info.data.keys():
             return stop_time
-        ticks = (stop_time - info.data["start_time"]) / info.data["step_size"]
-        if not ticks > 0.0:
-            raise ValueError("not after start_time")
+        ticks = ticks_between(info.data["start_time"], stop_time, info.data["step_size"])
+        if not ticks > 0:
+            raise ValueError(f"not after start_time, expected more than {info.data['start_time']:g}")
         if ticks > MOST_TICKS:
-            raise ValueError(f"{ticks:.3g} steps, expected at most {MOST_TICKS:.3g}")
-        if abs(ticks - round(ticks)) > 1e-6 * max(1.0, ticks * 1e-3):
-            raise ValueError(f"{ticks:.9g} steps after start_time, expected a whole number")
+            raise ValueError(
+                f"{float(min(ticks, Fraction(10**300))):.3g} steps, expected at most {MOST_TICKS:.3g}"
+            )
+        if ticks < Fraction(1, 2) or abs(ticks - round(ticks)) > 1e-6 * max(1.0, float(ticks) * 1e-3):
+            raise ValueError(f"{float(ticks):.9g} steps after start_time, expected a whole number")
+        distance = math.ulp(max(abs(info.data["start_time"]), abs(stop_time)))
+        if distance > FINEST * info.data["step_size"]:
+            raise ValueError(
+                f"times {distance:.3g} s apart are the nearest that a double holds there, "
+                f"expected a step_size of at least {distance / FINEST:.3g}"
+            )
         return stop_time
 
     @property
     def n_ticks(self) -> int:
         """Number of communication steps."""
-        return round((self.stop_time - self.start_time) / self.step_size)
+        return round(ticks_between(self.start_time, self.stop_time, self.step_size))
 
 
-class LoadedConfig(Part):
-    """A configuration with the file it came from, for messages."""
+@dataclass(frozen=True)
+class LoadedConfig:
+    """
+    A configuration with the file it came from, for messages, and notes on how that was read.
 
-    model_config = ConfigDict(arbitrary_types_allowed=True, frozen=True)
+    `problems` are faults of the file; with any of them, `config` is what is left without them.
+    `is_designed`: the values that a design (`dpdc: {design: auto}`) gives are among its values already.
+    """
 
     config: Config
     document: Document
+    problems: list[Problem] = field(default_factory=list)
+    notes: tuple[str, ...] = ()
+    is_designed: bool = False
 
     @property
     def folder(self) -> Path:
@@ -214,6 +229,19 @@ class LoadedConfig(Part):
         return self.document.where(place)
 
 
+def read_config(path: Path) -> LoadedConfig:
+    """
+    Read a system description as far as it is right; what is wrong is in `problems`.
+
+    Raises:
+        ConfigError: If too little is right to check the rest.
+    """
+    found = validate(Config, read_yaml(path), "system")
+    if found.model is None:
+        raise ConfigError(found.problems)
+    return LoadedConfig(found.model, found.document, found.problems)
+
+
 def load_config(path: Path) -> LoadedConfig:
     """
     Read and validate a system description.
@@ -221,71 +249,28 @@ def load_config(path: Path) -> LoadedConfig:
     Raises:
         ConfigError: With every fault of the file.
     """
-    document = read_yaml(path)
-    if not isinstance(document.data, dict):
-        got = type(document.data).__name__
-        raise ConfigError(
-            [f"{path}:1: file: not a system, got {got}, expected a mapping with name, fmus, ..."]
-        )
+    loaded = read_config(path)
+    if loaded.problems:
+        raise ConfigError(loaded.problems)
+    return loaded
+
+
+def with_times(config: Config, step_size: float | None, stop_time: float | None) -> Config:
+    """Replace the step size and the stop time [s] that are given; ConfigError if they do not fit."""
+    given = {"step_size": step_size, "stop_time": stop_time}
+    changes = {key: value for key, value in given.items() if value is not None}
     try:
-        return LoadedConfig(config=Config.model_validate(document.data), document=document)
-    except ValidationError as error:
-        raise ConfigError(_problems(document, error)) from None
-
-
-def with_stop_time(config: Config, stop_time: float) -> Config:
-    """Replace the stop time [s]; ConfigError if it does not fit the step size."""
-    try:
-        return Config.model_validate(config.model_dump(by_alias=True) | {"stop_time": stop_time})
-    except ValidationError as error:
-        raise ConfigError(f"--stop-time: {_text(e)}" for e in error.errors()) from None
-
-
-def _problems(document: Document, error: ValidationError) -> list[str]:
-    merged: dict[Place, str] = {}
-    for fault in error.errors():
-        place = _data_place(document.data, fault["loc"])
-        merged.setdefault(place, f"{document.where(place)}: {_text(fault)}")
-    return list(merged.values())
-
-
-def _data_place(data: Any, location: Place) -> Place:
-    """Drop from pydantic's location what names a type and not a key of the file."""
-    place: list[str | int] = []
-    for key in location:
-        if isinstance(key, str) and key.startswith("<"):
-            continue
-        inside = (isinstance(data, dict) and key in data) or (
-            isinstance(data, list) and isinstance(key, int) and key < len(data)
+        Config.model_validate(
+            {
+                "name": config.name,
+                "step_size": config.step_size,
+                "start_time": config.start_time,
+                "stop_time": config.stop_time,
+                "fmus": config.fmus,
+                **changes,
+            }
         )
-        if inside:
-            data = data[key]
-        elif place and not isinstance(data, dict):
-            continue
-        place.append(key)
-    return tuple(place)
-
-
-_KNOWN: dict[str, type[Part]] = {
-    "fmus": FmuEntry,
-    "connections": Connection,
-    "coupling": Coupling,
-    "compare": Compare,
-    "dpdc": PhaseLead,
-    "events": Event,
-}
-
-
-def _text(fault: Any) -> str:
-    kind, place, got = fault["type"], fault["loc"], fault.get("input")
-    if kind == "missing":
-        return "missing, expected a value"
-    if kind == "extra_forbidden":
-        part = Config if len(place) == 1 else _KNOWN.get(str(place[0]), Config)
-        keys = [f.alias or name for name, f in part.model_fields.items()]
-        return f"unknown key, {expected(str(place[-1]), keys)}"
-    message = str(fault["msg"]).removeprefix("Value error, ")
-    if kind == "value_error" and not place:
-        return message
-    shown = repr(got) if isinstance(got, str | int | float | bool | None) else type(got).__name__
-    return f"{message[0].lower() + message[1:]}, got {shown}"
+    except ValidationError as error:
+        options = ", ".join(f"--{key.replace('_', '-')}" for key in changes)
+        raise ConfigError(problems_of(error, options)) from None
+    return config.model_copy(update=changes)

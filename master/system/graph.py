@@ -4,18 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 
-from master.errors import ConfigError, expected
+from master.errors import ConfigError, Problem, nearest
 from master.fmi.description import Description, Kind, Variable
 from master.fmi.units import Conversion, conversion
-from master.fmi.values import parse, settable
+from master.fmi.values import settable
+from master.text.scalar import Setting
+from master.text.signal_name import SignalName
 
-from .config import Connection, LoadedConfig, Value
+from .config import Connection, LoadedConfig
+
+Descriptions = Mapping[str, Description | None]
+"""By instance name; None where the FMU could not be read, so that nothing is said of its variables."""
 
 
 @dataclass(frozen=True)
 class Instance:
-    """One FMU of the system with the values it starts from."""
+    """One FMU of the system with the values it starts from, by the names of primary variables."""
 
     name: str
     description: Description
@@ -24,12 +30,10 @@ class Instance:
 
     def value_of(self, name: str) -> float | str | None:
         """Value of a parameter or start value: the configured one or the FMU's own."""
-        if name in self.start:
-            return self.start[name]
-        variable = self.description.by_name.get(name)
-        if variable is None or variable.start is None:
+        if name not in self.description.by_name:
             return None
-        return parse(variable, variable.start)
+        variable = self.description.primary(name)
+        return self.start.get(variable.name, variable.start_value)
 
 
 @dataclass(frozen=True)
@@ -48,7 +52,7 @@ class Port:
 @dataclass(frozen=True)
 class Wire:
     """
-    A connection between two ports that fit.
+    A connection between two ports that fit; the target is a primary variable.
 
     `delay` is in steps beyond what the order gives, `extrapolation` an order (0: hold), `tolerance`
     relative to the target's nominal value where the wire is iterated (None: that of the group).
@@ -64,23 +68,46 @@ class Wire:
 
 @dataclass(frozen=True)
 class System:
-    """Instances by name in the order of the file, and the wires between them."""
+    """
+    Instances by name in the order of the file, and the wires between them.
+
+    `unread` names the FMUs of a wrong file that could not be read; it is empty in a system that runs.
+    """
 
     instances: Mapping[str, Instance]
     wires: tuple[Wire, ...]
+    unread: tuple[str, ...] = ()
+
+    @property
+    def descriptions(self) -> dict[str, Description | None]:
+        """Description of each FMU by instance name."""
+        known = {name: i.description for name, i in self.instances.items()}
+        return known | dict.fromkeys(self.unread)
+
+    @cached_property
+    def _into(self) -> dict[str, list[Wire]]:
+        ending: dict[str, list[Wire]] = {name: [] for name in self.instances}
+        for wire in self.wires:
+            ending[wire.target.instance].append(wire)
+        return ending
 
     def wires_into(self, instance: str) -> list[Wire]:
         """Wires that end at an instance."""
-        return [w for w in self.wires if w.target.instance == instance]
+        return self._into[instance]
 
     def port(self, signal: str) -> Port:
         """Find `instance.variable`; KeyError if there is none."""
-        instance, _, variable = signal.partition(".")
-        return Port(instance, self.instances[instance].description.by_name[variable])
+        name = SignalName(signal)
+        return Port(name.instance, self.instances[name.instance].description.by_name[name.variable])
+
+    def primary(self, signal: str) -> Port:
+        """Find the primary variable of those that share a value with `instance.variable`, as `port` does."""
+        name = SignalName(signal)
+        return Port(name.instance, self.instances[name.instance].description.primary(name.variable))
 
 
 def build_system(
-    loaded: LoadedConfig, descriptions: Mapping[str, Description], overrides: Mapping[str, tuple[str, Value]]
+    loaded: LoadedConfig, descriptions: Descriptions, overrides: Mapping[str, tuple[str, Setting]]
 ) -> System:
     """
     Join a configuration and the descriptions of its FMUs.
@@ -93,40 +120,60 @@ def build_system(
     Raises:
         ConfigError: With every fault: unknown variables, values that do not fit, units, double sources.
     """
+    system, problems = join(loaded, descriptions, overrides)
+    if problems:
+        raise ConfigError(problems)
+    return system
+
+
+def join(
+    loaded: LoadedConfig, descriptions: Descriptions, overrides: Mapping[str, tuple[str, Setting]]
+) -> tuple[System, list[str]]:
+    """Join as `build_system` does, and return what is right with the faults of the rest."""
     problems: list[str] = []
     wires = _wires(loaded, descriptions, problems)
     connected = {w.target.name for w in wires}
     instances = {
         name: Instance(name, d, loaded.config.fmus[name].every, _start(loaded, name, d, connected, problems))
         for name, d in descriptions.items()
+        if d is not None
     }
+    unread = tuple(name for name, d in descriptions.items() if d is None)
     for signal, (where, value) in overrides.items():
-        fault = _override(instances, signal, value, connected)
+        fault = _override(instances, signal, value, connected, unread)
         problems += [] if fault is None else [f"{where}: {fault}"]
-    problems += _variant_faults(loaded, instances, connected)
+    problems += _variant_faults(loaded, instances, connected, unread)
     _check_signals(loaded, descriptions, problems)
-    if problems:
-        raise ConfigError(dict.fromkeys(problems))
-    return System(instances, tuple(wires))
+    return System(instances, tuple(wires), unread), problems
 
 
 def _start(
     loaded: LoadedConfig, name: str, d: Description, connected: set[str], problems: list[str]
 ) -> dict[str, float | str]:
     entry = loaded.config.fmus[name]
+    sections = {"parameters": entry.parameters, "start": entry.start}
+    given = [(section, key, value) for section, part in sections.items() for key, value in part.items()]
     values: dict[str, float | str] = {}
-    for section, given in (("parameters", entry.parameters), ("start", entry.start)):
-        for key, value in given.items():
-            where = loaded.where("fmus", name, section, key)
-            try:
-                values[key] = settable(d, name, key, value, connected)
-            except ValueError as error:
-                problems.append(f"{where}: {error}")
+    named: dict[str, str] = {}
+    for section, key, value in sorted(given, key=lambda one: one[1] not in d.arrays):  # elements after wholes
+        where = loaded.where("fmus", name, section, key)
+        try:
+            found = settable(d, name, key, value, connected)
+        except ValueError as error:
+            problems.append(f"{where}: {error}")
+            continue
+        other = next((named[k] for k in found if named.get(k, key) != key and named[k] not in d.arrays), None)
+        if other is not None:
+            problems.append(
+                f"{where}: has two values, got {key!r} and {other!r}, expected one of these aliases"
+            )
+        values |= found
+        named |= dict.fromkeys(found, key)
     return values
 
 
 def _variant_faults(
-    loaded: LoadedConfig, instances: Mapping[str, Instance], connected: set[str]
+    loaded: LoadedConfig, instances: Mapping[str, Instance], connected: set[str], unread: tuple[str, ...]
 ) -> list[str]:
     """Faults of all variants, chosen or not."""
     entries = (
@@ -136,45 +183,55 @@ def _variant_faults(
         for key, value in values.items()
     )
     faults = (
-        (where, _override(dict(instances), signal, value, connected)) for where, signal, value in entries
+        (where, _override(dict(instances), signal, value, connected, unread))
+        for where, signal, value in entries
     )
     return [f"{where}: {fault}" for where, fault in faults if fault is not None]
 
 
-def _override(instances: dict[str, Instance], signal: str, value: Value, connected: set[str]) -> str | None:
-    """Set one value over those of the file; give what is wrong with it."""
-    name, _, key = signal.partition(".")
+def _override(
+    instances: dict[str, Instance], signal: str, value: Setting, connected: set[str], unread: tuple[str, ...]
+) -> str | None:
+    """Set one value over those of the file; return what is wrong with it."""
+    name, key = SignalName(signal).parts
+    if name in unread:
+        return None
     if name not in instances:
-        return f"no such FMU, got {name!r}, {expected(name, instances)}"
+        return Problem("no such FMU", got=repr(name), expected=nearest(name, instances))
     instance = instances[name]
     try:
         parsed = settable(instance.description, name, key, value, connected)
     except ValueError as error:
         return str(error)
-    instances[name] = replace(instance, start={**instance.start, key: parsed})
+    instances[name] = replace(instance, start={**instance.start, **parsed})
     return None
 
 
-def _wires(loaded: LoadedConfig, descriptions: Mapping[str, Description], problems: list[str]) -> list[Wire]:
+def _wires(loaded: LoadedConfig, descriptions: Descriptions, problems: list[str]) -> list[Wire]:
     wires: list[Wire] = []
-    first: dict[str, int] = {}
+    first: dict[str, tuple[int, str]] = {}
     for i, connection in _scalars(loaded, descriptions, problems):
         source = _port(loaded, descriptions, i, "from", connection.source, problems)
         target = _port(loaded, descriptions, i, "to", connection.target, problems)
-        if connection.target in first:
+        reached = connection.target if target is None else target.name
+        if reached in first:
+            j, name = first[reached]
+            where = loaded.where("connections", i, "to")
+            alias = "" if name == connection.target else f", an alias of {name!r}"
+            other = loaded.document.name_of(("connections", j))
             problems.append(
-                f"{loaded.where('connections', i, 'to')}: has two sources, got {connection.target!r} "
-                f"again, expected one connection (the other is connections[{first[connection.target]}])"
+                f"{where}: has two sources, got {connection.target!r} again{alias}, "
+                f"expected one connection (the other is {other})"
             )
             continue
-        first[connection.target] = i
+        first[reached] = (i, connection.target)
         if source is not None and target is not None:
             wires += _wire(loaded, i, connection, source, target, problems)
     return wires
 
 
 def _scalars(
-    loaded: LoadedConfig, descriptions: Mapping[str, Description], problems: list[str]
+    loaded: LoadedConfig, descriptions: Descriptions, problems: list[str]
 ) -> Iterator[tuple[int, Connection]]:
     """Connections with their places; one of whole arrays becomes one of each pair of elements."""
     for i, connection in enumerate(loaded.config.connections):
@@ -191,12 +248,13 @@ def _scalars(
                 yield i, connection.model_copy(update={"source": s, "target": t})
 
 
-def _elements(descriptions: Mapping[str, Description], signal: str) -> list[str]:
+def _elements(descriptions: Descriptions, signal: str) -> list[str]:
     """Signals of the elements of a whole array; empty for anything else."""
-    instance, _, variable = signal.partition(".")
-    if instance not in descriptions:
+    name = SignalName(signal)
+    description = descriptions.get(name.instance)
+    if description is None:
         return []
-    return [f"{instance}.{v.name}" for v in descriptions[instance].arrays.get(variable, ())]
+    return [f"{name.instance}.{v.name}" for v in description.arrays.get(name.variable, ())]
 
 
 def _place(element: str) -> str:
@@ -206,7 +264,8 @@ def _place(element: str) -> str:
 def _wire(
     loaded: LoadedConfig, i: int, c: Connection, source: Port, target: Port, problems: list[str]
 ) -> list[Wire]:
-    found = conversion(source.variable.unit, target.variable.unit)
+    ignored = c.units == "ignored"
+    found = Conversion() if ignored else conversion(source.variable.unit, target.variable.unit)
     if found is None:
         problems.append(
             f"{loaded.where('connections', i)}: units differ, "
@@ -216,7 +275,16 @@ def _wire(
     if Kind.STRING in (source.variable.kind, target.variable.kind):
         problems.append(f"{loaded.where('connections', i)}: strings cannot be connected, got {source.name}")
         return []
-    return [Wire(source, target, c.delay, found, c.extrapolation, c.tolerance)]
+    if c.map and Kind.REAL in (source.variable.kind, target.variable.kind):
+        problems.append(
+            f"{loaded.where('connections', i)}: a map is for integers, Booleans and enumerations, "
+            f"got {source.name} ({source.variable.kind.value}) -> "
+            f"{target.name} ({target.variable.kind.value})"
+        )
+        return []
+    table = Conversion(table=tuple(sorted((float(key), float(value)) for key, value in c.map.items())))
+    carried = found.then(table).then(Conversion(c.factor, c.offset))
+    return [Wire(source, target, c.delay, carried, c.extrapolation, c.tolerance)]
 
 
 def _with_unit(port: Port) -> str:
@@ -228,7 +296,7 @@ _ALLOWED = {"from": ("output",), "to": ("input",)}
 
 def _port(
     loaded: LoadedConfig,
-    descriptions: Mapping[str, Description],
+    descriptions: Descriptions,
     i: int,
     end: str,
     signal: str,
@@ -238,30 +306,47 @@ def _port(
     if fault is not None:
         problems.append(f"{loaded.where('connections', i, end)}: {fault}")
         return None
-    instance, _, variable = signal.partition(".")
-    return Port(instance, descriptions[instance].by_name[variable])
+    name = SignalName(signal)
+    description = descriptions[name.instance]
+    if description is None:
+        return None
+    variable = description.by_name[name.variable] if end == "from" else description.primary(name.variable)
+    return Port(name.instance, variable)
 
 
 def signal_fault(
-    descriptions: Mapping[str, Description], signal: str, causalities: tuple[str, ...] | None
-) -> str | None:
-    """Say what is wrong with `instance.variable`; None if it exists with one of the causalities."""
-    instance, _, variable = signal.partition(".")
+    descriptions: Descriptions, signal: str, causalities: tuple[str, ...] | None
+) -> Problem | None:
+    """
+    Say what is wrong with `instance.variable`.
+
+    None if it exists with one of the causalities, or if its FMU could not be read.
+    """
+    try:
+        instance, variable = SignalName(signal).parts
+    except ValueError:
+        return Problem("not a signal", got=repr(signal), expected="'instance.variable'")
     if instance not in descriptions:
-        return f"no such FMU, got {instance!r}, {expected(instance, descriptions)}"
+        return Problem("no such FMU", got=repr(instance), expected=nearest(instance, descriptions))
     d = descriptions[instance]
-    names = [v.name for v in d.variables if causalities is None or v.causality in causalities]
-    if variable in names:
+    if d is None:
         return None
+    known = d.by_name.get(variable)
+    if known is not None and (causalities is None or known.causality in causalities):
+        return None
+    names = [v.name for v in d.variables if causalities is None or v.causality in causalities]
     if variable in d.not_exchanged:
-        return f"cannot be exchanged, got {signal} ({d.not_exchanged[variable]}), {expected(variable, names)}"
+        got = f"{signal} ({d.not_exchanged[variable]})"
+        return Problem("cannot be exchanged", got=got, expected=nearest(variable, names))
     what = "variable" if causalities is None else " or ".join(causalities)
-    return f"no such {what} of {instance} ({d.model_name}), got {variable!r}, {expected(variable, names)}"
+    return Problem(
+        f"no such {what} of {instance} ({d.model_name})",
+        got=repr(variable),
+        expected=nearest(variable, names),
+    )
 
 
-def _check_signals(
-    loaded: LoadedConfig, descriptions: Mapping[str, Description], problems: list[str]
-) -> None:
+def _check_signals(loaded: LoadedConfig, descriptions: Descriptions, problems: list[str]) -> None:
     compare = loaded.config.compare
     named = {} if compare is None else {k: v for k, v in compare.model_dump().items() if isinstance(v, str)}
     for key, signal in named.items():

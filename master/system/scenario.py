@@ -9,19 +9,24 @@ whole ticks. `set` changes a tunable parameter or an input that is not connected
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 
-from master.errors import ConfigError
-from master.fmi.description import Description, Kind
+from master.errors import ConfigError, Problem, shown
+from master.fmi.description import Kind, Variable
 from master.fmi.values import parse
 from master.stepping.machine.program import DELAY, DROP, FREEZE, JITTER, MODE, OFFSET, RANDOM
+from master.text.fields import finite
+from master.text.scalar import Value, float_of
+from master.text.signal_name import SignalName
 
-from .config import Event, LoadedConfig, finite
+from .config import Event, LoadedConfig
 from .graph import System, signal_fault
+from .grid import Grid
 
 _DEEDS = ("set", "offset", "freeze", "drop", "delay", "jitter")
-_CONDITION = re.compile(r"\s*(?P<signal>[^\s<>]+)\s*(?P<sense>[<>])\s*(?P<threshold>\S+)\s*")
+_MOST_LISTED = 30
+_SIGN = re.compile(r"\s*[<>]\s*")
 
 
 @dataclass(frozen=True)
@@ -81,97 +86,164 @@ def make_scenario(loaded: LoadedConfig, system: System) -> Scenario:
     Raises:
         ConfigError: With every fault.
     """
-    problems: list[str] = []
-    events = []
     config = loaded.config
+    problems: list[Problem] = []
+    events = []
+    grid = Grid(config.start_time, config.step_size, config.n_ticks)
     for i, event in enumerate(config.events):
         where = loaded.where("events", i)
         if event.at is not None and not config.start_time <= event.at < config.stop_time:
             problems.append(
-                f"{where}: not within the run, got at {event.at:g} s, "
-                f"expected from {config.start_time:g} s to before {config.stop_time:g} s"
+                Problem(
+                    "not within the run",
+                    where=where,
+                    got=f"at {event.at:.15g} s",
+                    expected=f"from {config.start_time:.15g} s to before {config.stop_time:.15g} s",
+                )
             )
-        try:
-            events.append(_event(event, system))
-        except ConfigError as error:
-            problems += [f"{where}: {problem}" for problem in error.problems]
+        elif event.at is not None and grid.tick_at(event.at) >= grid.n_ticks:
+            problems.append(
+                Problem(
+                    "after the begin of the last step, so that it would not act",
+                    where=where,
+                    got=f"at {event.at:.15g} s",
+                    expected=f"at most {grid.time(grid.n_ticks - 1):.15g} s",
+                )
+            )
+        reader = _EventReader(event, system)
+        events.append(reader.event())
+        problems += [problem.at(where) for problem in reader.problems]
     if problems:
         raise ConfigError(problems)
     return Scenario(tuple(events))
 
 
-def _event(event: Event, system: System) -> ScenarioEvent:
-    condition = None if event.when is None else _condition(event.when, system)
-    actions = [
-        *_set_actions(event, system),
-        *_channel_actions(event.freeze, {MODE: FREEZE}, system),
-        *_channel_actions(event.drop, {MODE: DROP}, system),
-    ]
-    for column, amounts in ((OFFSET, event.offset), (DELAY, event.delay), (JITTER, event.jitter)):
-        for target, amount in amounts.items():
-            seed = {RANDOM: float(event.seed)} if column == JITTER else {}
-            actions += _channel_actions([target], {column: float(amount), **seed}, system)
-    if not actions:
-        raise ConfigError([f"does nothing, expected one of {', '.join(_DEEDS)}"])
-    _refuse_offsets_of_truths(event, system)
-    return ScenarioEvent(tuple(actions), event.at, condition, event.duration)
+class _EventReader:
+    """Makes one event, and collects what is wrong with it."""
 
+    def __init__(self, event: Event, system: System) -> None:
+        self.given = event
+        self.system = system
+        self.descriptions = system.descriptions
+        self.connected = [w.target.name for w in system.wires]
+        self.problems: list[Problem] = []
 
-def _refuse_offsets_of_truths(event: Event, system: System) -> None:
-    """An offset of a Boolean means nothing, a part of one on a whole number would be rounded away."""
-    for target, amount in event.offset.items():
-        kind = system.port(target).variable.kind
-        if kind is Kind.BOOLEAN:
-            raise ConfigError(
-                [f"offset: {target} is a Boolean, expected freeze, drop, delay or jitter for it"]
+    def event(self) -> ScenarioEvent:
+        """Return the event without what is wrong with it."""
+        given = self.given
+        condition = None if given.when is None else self._condition(given.when)
+        actions = [
+            *self._set_actions(),
+            *self._channel_actions(given.freeze, {MODE: FREEZE}),
+            *self._channel_actions(given.drop, {MODE: DROP}),
+        ]
+        for target, amount in given.offset.items():
+            if self._bears_offset(target, amount):
+                actions += self._channel_actions([target], {OFFSET: amount})
+        for target, ticks in given.delay.items():
+            actions += self._channel_actions([target], {DELAY: float(ticks)})
+        for target, ticks in given.jitter.items():
+            jitter = {JITTER: float(ticks), RANDOM: float(given.seed)}
+            actions += self._channel_actions([target], jitter)
+        if not any(getattr(given, deed) for deed in _DEEDS):
+            self._add("does nothing", expected=f"one of {', '.join(_DEEDS)}")
+        return ScenarioEvent(tuple(actions), given.at, condition, given.duration)
+
+    def _add(self, what: str, *, where: str = "", got: str = "", expected: str = "") -> None:
+        self.problems.append(Problem(what, where=where, got=got, expected=expected))
+
+    def _condition(self, text: str) -> Condition | None:
+        parts = self._parts(text)
+        if parts is None:
+            self._add(
+                "not a condition", where="when", got=shown(text), expected="'instance.variable > number'"
             )
-        if kind is Kind.INTEGER and not amount.is_integer():
-            raise ConfigError([f"offset: {target} is an integer, got {amount:g}, expected a whole number"])
-
-
-def _descriptions(system: System) -> dict[str, Description]:
-    return {name: i.description for name, i in system.instances.items()}
-
-
-def _condition(text: str, system: System) -> Condition:
-    match = _CONDITION.fullmatch(text)
-    if match is None:
-        raise ConfigError([f"when: not a condition, got {text!r}, expected 'instance.variable > number'"])
-    fault = signal_fault(_descriptions(system), match["signal"], ("output",))
-    if fault is not None:
-        raise ConfigError([f"when: {fault}"])
-    try:
-        threshold = finite(float(match["threshold"]))
-    except ValueError:
-        raise ConfigError([f"when: not a number, got {match['threshold']!r}, expected a threshold"]) from None
-    return Condition(match["signal"], 1.0 if match["sense"] == ">" else -1.0, threshold)
-
-
-def _set_actions(event: Event, system: System) -> Iterator[Action]:
-    connected = {w.target.name for w in system.wires}
-    for target, value in event.set.items():
-        fault = signal_fault(_descriptions(system), target, ("parameter", "input"))
+            return None
+        signal, sign, number = parts
+        fault = signal_fault(self.descriptions, signal, ("output",))
         if fault is not None:
-            raise ConfigError([f"set: {fault}"])
-        variable = system.port(target).variable
-        if target in connected:
-            raise ConfigError([f"set: {target} is connected, expected offset, freeze or drop for it"])
-        if variable.kind is Kind.STRING:
-            raise ConfigError([f"set: {target} is a string, expected a number or a Boolean during a run"])
-        if variable.causality == "parameter" and variable.variability != "tunable":
-            raise ConfigError([f"set: {target} is fixed during a run, expected a tunable parameter"])
+            self.problems.append(fault.at("when"))
         try:
-            yield Action(target, value=float(parse(variable, value)))
-        except ValueError as error:
-            raise ConfigError([f"set: {target}: value not allowed, got {value!r}, {error}"]) from None
+            threshold = finite(float_of(number))
+        except ValueError:
+            self._add("not a number", where="when", got=shown(str(number)), expected="a threshold")
+            return None
+        return Condition(signal, 1.0 if sign == ">" else -1.0, threshold)
 
+    def _parts(self, text: str) -> tuple[str, str, str] | None:
+        """
+        Cut a condition into signal, sign and number.
 
-def _channel_actions(
-    targets: Sequence[str], columns: Mapping[int, float], system: System
-) -> Iterator[Action]:
-    connected = [w.target.name for w in system.wires]
-    for target in targets:
-        if target not in connected:
-            listed = ", ".join(connected)
-            raise ConfigError([f"{target}: not a connected input, expected one of {listed}"])
-        yield Action(target, columns)
+        The sign is the last one, since names of variables may hold signs; None if there is none.
+        """
+        signs = list(_SIGN.finditer(text))
+        if not signs:
+            return None
+        last = signs[-1]
+        signal, number = text[: last.start()].strip(), text[last.end() :].strip()
+        return (signal, last[0].strip(), number) if signal and number else None
+
+    def _variable(self, target: str) -> Variable | None:
+        """Return the primary variable of a target; None if there is none or its FMU could not be read."""
+        name = SignalName(target)
+        description = self.descriptions.get(name.instance)
+        if description is None or name.variable not in description.by_name:
+            return None
+        return description.primary(name.variable)
+
+    def _reached(self, target: str) -> str:
+        """Signal whose value an action on a target changes: that of the primary variable."""
+        variable = self._variable(target)
+        return target if variable is None else f"{SignalName(target).instance}.{variable.name}"
+
+    def _bears_offset(self, target: str, amount: float) -> bool:
+        """Refuse an offset of a Boolean, which means nothing, and a part of one on an integer."""
+        variable = self._variable(target)
+        if variable is None:
+            return True
+        if variable.kind is Kind.BOOLEAN:
+            self._add(
+                f"{target} is a Boolean", where="offset", expected="freeze, drop, delay or jitter for it"
+            )
+        elif variable.kind is Kind.INTEGER and not amount.is_integer():
+            got = f"{amount:g}"
+            self._add(f"{target} is an integer", where="offset", got=got, expected="a whole number")
+        else:
+            return True
+        return False
+
+    def _set_actions(self) -> Iterator[Action]:
+        for target, value in self.given.set.items():
+            fault = signal_fault(self.descriptions, target, ("parameter", "input"))
+            if fault is not None:
+                self.problems.append(fault.at("set"))
+                continue
+            variable = self._variable(target)
+            if variable is not None:
+                yield from self._set(target, variable, value)
+
+    def _set(self, target: str, variable: Variable, value: Value) -> Iterator[Action]:
+        if self._reached(target) in self.connected:
+            self._add(f"{target} is connected", where="set", expected="offset, freeze or drop for it")
+        elif variable.kind is Kind.STRING:
+            self._add(f"{target} is a string", where="set", expected="a number or a Boolean during a run")
+        elif variable.causality == "parameter" and variable.variability != "tunable":
+            self._add(f"{target} is fixed during a run", where="set", expected="a tunable parameter")
+        else:
+            try:
+                parsed = parse(variable, value)
+                assert not isinstance(parsed, str)
+                yield Action(self._reached(target), value=parsed)
+            except ValueError as error:
+                problem = Problem.of_line(f"set: {target}: value not allowed, got {shown(value)}, {error}")
+                self.problems.append(problem)
+
+    def _channel_actions(self, targets: Iterable[str], columns: Mapping[int, float]) -> Iterator[Action]:
+        for target in targets:
+            reached = self._reached(target)
+            if reached in self.connected:
+                yield Action(reached, columns)
+            elif not self.system.unread:  # a connection of an FMU that could not be read may be missing
+                listed = ", ".join(self.connected[:_MOST_LISTED]) or "none"
+                listed += ", ..." if len(self.connected) > _MOST_LISTED else ""
+                self._add("not a connected input", where=target, expected=f"one of {listed}")

@@ -24,10 +24,10 @@ ARRAYS = (
 )
 
 
-def compile_c(version: str, folder: Path) -> bytes:
-    """Compile the FMU's C file; what FMPy binds and the file lacks answers with an error."""
+def compile_c(version: str, folder: Path, file: Path | None = None, *options: str) -> bytes:
+    """Compile an FMU's C file; what FMPy binds and the file lacks answers with an error."""
     number = version[0]
-    source = (HERE / f"types{number}.c").read_text(encoding="utf-8")
+    source = (file or HERE / f"types{number}.c").read_text(encoding="utf-8")
     has = set(re.findall(rf"\bfmi{number}\w+", source))
     has |= {
         f"fmi{number}{verb}{name}"
@@ -37,9 +37,9 @@ def compile_c(version: str, folder: Path) -> bytes:
     binding = Path(importlib.util.find_spec("fmpy").origin).with_name(f"fmi{number}.py")
     wanted = set(re.findall(rf"""['"](fmi{number}[A-Z]\w+)['"]""", binding.read_text(encoding="utf-8")))
     missing = sorted(wanted - has)
-    file, library = folder / "types.c", folder / "types.so"
-    file.write_text(source + "".join(f"\nint {name}(void) {{ return 3; }}" for name in missing) + "\n")
-    subprocess.run(["cc", "-shared", "-fPIC", "-O1", "-o", library, file], check=True)
+    completed, library = folder / f"fmu{number}.c", folder / f"fmu{number}.so"
+    completed.write_text(source + "".join(f"\nint {name}(void) {{ return 3; }}" for name in missing) + "\n")
+    subprocess.run(["cc", "-shared", "-fPIC", "-O1", "-o", library, completed, *options], check=True)
     return library.read_bytes()
 
 

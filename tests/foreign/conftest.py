@@ -1,5 +1,6 @@
 import pytest
-from build import FOLDERS, compile_c, describe_2, describe_3, write_fmu
+
+from tests.foreign.build import FOLDERS, compile_c, describe_2, describe_3, write_fmu
 
 
 @pytest.fixture(scope="module")

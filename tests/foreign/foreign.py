@@ -5,7 +5,7 @@ import sys
 import pytest
 import yaml
 
-from master.experiment.prepare import prepare
+from master.api import prepare_to_run
 from master.stepping.outcome import RunOptions
 from master.stepping.simulate import simulate
 
@@ -21,7 +21,7 @@ def run(tmp_path, fmus, connections=(), **more):
     given |= {"connections": list(connections), "coupling": {"order": list(fmus)}} | more
     file = tmp_path / "system.yaml"
     file.write_text(yaml.safe_dump(given))
-    experiment = prepare(file)
+    experiment = prepare_to_run(file)
     options = RunOptions(scenario=experiment.scenario)
     return simulate(experiment.system, experiment.schedule, experiment.grid, options=options)
 

@@ -1,9 +1,9 @@
 import pytest
-from build import TYPES_3, describe_3
-from foreign import COMPILED, run, wires
 
 from master.errors import ConfigError
 from master.fmi.description import read_description
+from tests.foreign.build import TYPES_3, describe_3
+from tests.foreign.foreign import COMPILED, run, wires
 
 pytestmark = COMPILED
 

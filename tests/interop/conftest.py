@@ -10,12 +10,12 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from experiment_in_fmu import Vectors, vectors
-from other_tools import importable, require
 
 from fmu_sources.composed import registry
 from fmu_sources.export import build
 from fmu_sources.export.native_flavour import native_sources, pack_native, release_binaries
+from tests.interop.experiment_in_fmu import Vectors, vectors
+from tests.interop.other_tools import importable, require
 
 PROJECT = Path(__file__).parents[2]
 PEERS = ("ecospy>=0.7.2,<0.8", "libcosimpy>=0.0.6,<0.1")

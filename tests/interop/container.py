@@ -5,7 +5,6 @@ from __future__ import annotations
 import copy
 from pathlib import Path
 
-from experiment_in_fmu import Vectors
 from fmpy import read_model_description
 from fmpy.container_fmu.cli import create_container_fmu
 from fmpy.container_fmu.config import Component, Configuration, Connection
@@ -13,6 +12,7 @@ from fmpy.model_description import CoSimulation, DefaultExperiment, ModelDescrip
 
 from master.fmi.description import Kind
 from master.system.graph import System
+from tests.interop.experiment_in_fmu import Vectors
 
 
 def build_container(given: Vectors, folder: Path) -> Path:

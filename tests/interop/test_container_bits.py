@@ -8,14 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
-from container import build_system_container
 from fmpy import extract, read_model_description
 from fmpy.fmi2 import FMU2Slave
 
+from master.api import prepare_to_run
 from master.experiment.experiment import Experiment
-from master.experiment.prepare import prepare
 from master.stepping.simulate import simulate
 from master.system.grid import Grid
+from tests.interop.container import build_system_container
 
 pytestmark = pytest.mark.slow
 
@@ -47,7 +47,7 @@ def side_by_side(system: dict, folder: Path) -> Experiment:
     given["coupling"] = {"order": [list(system["fmus"])]}
     file = folder / "system.yaml"
     file.write_text(yaml.safe_dump(given))
-    return prepare(file)
+    return prepare_to_run(file)
 
 
 def in_container(file: Path, names: list[str]) -> np.ndarray:

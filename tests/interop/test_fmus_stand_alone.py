@@ -10,16 +10,16 @@ from io import BytesIO
 from pathlib import Path
 
 import pytest
-from experiment_in_fmu import in_fmpy, vectors
 from fmpy.validation import validate_fmu
-from other_tools import importable, require
 
 from fmu_sources.composed import registry
 from fmu_sources.export import build
 from fmu_sources.export.native_flavour import host_binaries, native_sources, pack_native
 from fmu_sources.export.python_flavour import build_python
-from fmu_sources.export.reference_data import AGREEMENT
+from fmu_sources.export.reference_data import agreement
 from fmu_sources.export.release import release_models
+from tests.interop.experiment_in_fmu import in_fmpy, vectors
+from tests.interop.other_tools import importable, require
 
 pytestmark = pytest.mark.slow
 
@@ -57,7 +57,9 @@ def test_fmpy_gets_the_reference_outputs_of_every_fmu(name: str, tmp_path: Path)
         path.write_bytes(content)
         given = vectors(path)
 
-        assert given.largest_deviation(in_fmpy(given, path, given.parameters)) <= AGREEMENT[name]
+        assert given.largest_deviation(in_fmpy(given, path, given.parameters)) <= agreement(
+            registry.load(name)
+        )
 
 
 @each_model

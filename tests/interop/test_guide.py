@@ -8,8 +8,9 @@ import sys
 from pathlib import Path
 
 import pytest
-from experiment_in_fmu import Vectors
-from variable_table import GUIDE, with_table
+
+from tests.interop.experiment_in_fmu import Vectors
+from tests.interop.variable_table import GUIDE, with_table
 
 TRIED = {"FMPy": "fmpy", "ecospy": "peers", "libcosimpy": "peers"}
 

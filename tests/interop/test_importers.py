@@ -11,10 +11,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from container import build_container
-from experiment_in_fmu import BOUND, Vectors, in_fmpy
 from fmpy import read_model_description
-from other_tools import importable, require, unpack_library
+
+from tests.interop.container import build_container
+from tests.interop.experiment_in_fmu import BOUND, Vectors, in_fmpy
+from tests.interop.other_tools import importable, require, unpack_library
 
 pytestmark = pytest.mark.slow
 

@@ -9,8 +9,9 @@ from pathlib import Path
 
 import pytest
 
+from master.api import prepare_to_run
 from master.coupling.schedule import Schedule
-from master.experiment.prepare import Request, prepare
+from master.experiment.prepare import Request
 from master.ssp.export import write_ssp
 from master.stepping.simulate import simulate
 
@@ -22,7 +23,7 @@ pytestmark = pytest.mark.slow
 
 
 def test_ecos_steps_the_archive_to_the_bits_of_this_master(peer_python: Path, tmp_path: Path) -> None:
-    experiment = prepare(CONFIG, Request(variant="cfdc_fmdc", stop_time=0.5))
+    experiment = prepare_to_run(CONFIG, Request(variant="cfdc_fmdc", stop_time=0.5))
     names = tuple(experiment.system.instances)
     side_by_side = Schedule((names,), dict.fromkeys(names, 1))
     ours = simulate(experiment.system, side_by_side, experiment.grid).result

@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 import functools
+import importlib
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
-from stubs import (
+
+from master.errors import ConfigError
+from master.experiment import prepare as preparation
+from master.fmi.description import Kind
+from master.stepping import simulate
+from tests.stubs import (
     CELSIUS,
     ERROR,
     KELVIN,
@@ -24,11 +30,6 @@ from stubs import (
     typed,
     variables,
 )
-
-from master.errors import ConfigError
-from master.experiment import prepare as preparation
-from master.fmi.description import Kind
-from master.stepping import simulate
 
 CHOICE = {"kind": Kind.INTEGER, "variability": "fixed", "items": {"first": 1, "second": 2}, "start": "1"}
 BOUNDED = {"minimum": 0.0, "maximum": 10.0, "unit": METRE, "variability": "tunable"}
@@ -84,6 +85,8 @@ def bay(tmp_path, monkeypatch):
         "read_description",
         lambda path: made[path.stem].description(path.stem) if path.stem in made else read(path),
     )
+    stub_needs_no_binary = importlib.import_module("master.cli.check")
+    monkeypatch.setattr(stub_needs_no_binary, "require_runnable", lambda descriptions: None)
     monkeypatch.setattr(simulate, "simulate", functools.partial(simulate.simulate, factory=factory))
 
     def write(text: str) -> Path:

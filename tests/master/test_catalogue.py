@@ -31,6 +31,17 @@ def test_a_folder_is_not_an_fmu(tmp_path):
         catalogue.locate("mass.fmu", tmp_path, "python")
 
 
+@pytest.mark.parametrize("name", ["mass.FMU", "unpacked.fmu", "./unpacked"])
+def test_a_suffix_in_capitals_and_an_unpacked_folder_are_fmus(tmp_path, name):
+    if name == "mass.FMU":
+        (tmp_path / name).write_bytes(b"")
+    else:
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "modelDescription.xml").write_text("<a/>")
+
+    assert catalogue.locate(name, tmp_path, "python") == tmp_path / name
+
+
 @pytest.mark.parametrize("flavour", ["native", "python", "fmi3"])
 def test_a_model_has_a_file_to_be_for_each_flavour(tmp_path, flavour):
     target = catalogue.locate("spacecraft", tmp_path, flavour)

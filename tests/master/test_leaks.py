@@ -8,7 +8,7 @@ import pytest
 import yaml
 
 from fmu_sources.export.build import build, target
-from master.experiment.prepare import prepare
+from master.api import prepare_to_run
 from master.stepping.simulate import simulate
 from master.system.grid import Grid
 
@@ -37,7 +37,7 @@ def experiment(tmp_path):
     }
     file = tmp_path / "pair.yaml"
     file.write_text(yaml.safe_dump(given))
-    return prepare(file)
+    return prepare_to_run(file)
 
 
 def handles():

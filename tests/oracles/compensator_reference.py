@@ -8,8 +8,9 @@ stand still, all in extended precision, so that the numbers are the truth to the
 from __future__ import annotations
 
 import numpy as np
-from reference_experiment import Experiment, time_grid
 from scipy.signal import lfilter
+
+from tests.oracles.reference_experiment import Experiment, time_grid
 
 REAL = np.longdouble
 N_STEPS = 250

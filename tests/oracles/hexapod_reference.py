@@ -7,18 +7,14 @@ the 0.5 ms of the motor's electrics as closely.
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
-from reference_experiment import Experiment, time_grid
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "fmu_sources" / "motion_simulator"))
-
-from mujoco_hexapod import Oracle
+from tests.fmu_sources.motion_simulator.mujoco_hexapod import Oracle
+from tests.oracles.reference_experiment import Experiment, time_grid
 
 T = 1e-3
 N_STEPS = 250

@@ -11,8 +11,9 @@ import math
 from collections.abc import Iterator
 
 import numpy as np
-from reference_experiment import Experiment, time_grid
 from scipy.linalg import expm
+
+from tests.oracles.reference_experiment import Experiment, time_grid
 
 T = 1e-3
 N_STEPS = 250

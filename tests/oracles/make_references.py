@@ -1,39 +1,35 @@
-"""Write the reference experiments of all subsystems into `fmu_sources/<room>/reference/`."""
+"""Write the reference experiments of all subsystems into `fmu_sources/<folder>/reference/`."""
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parent))
+from tests.oracles import compensator_reference, hexapod_reference, linear_references
+from tests.oracles.reference_experiment import Experiment
 
-import compensator_reference
-import hexapod_reference
-import linear_references
-from reference_experiment import Experiment
+SOURCES = Path(__file__).parents[2] / "fmu_sources"
 
-ROOMS = Path(__file__).parents[2] / "fmu_sources"
-
-MAKERS: dict[str, tuple[str, Callable[[], Experiment]]] = {
-    "compensator": ("compensator", compensator_reference.experiment),
-    "spacecraft": ("spacecraft", linear_references.spacecraft),
-    "motion_simulator_linear": ("motion_simulator", linear_references.motion_simulator_linear),
-    "motion_simulator": ("motion_simulator", hexapod_reference.experiment),
-    "docking_contact": ("docking_contact", linear_references.docking_contact),
-    "real_docking": ("real_docking", linear_references.real_docking),
-    "force_sensor": ("force_sensor", linear_references.force_sensor),
+MAKERS: dict[str, Callable[[], Experiment]] = {
+    "compensator": compensator_reference.experiment,
+    "spacecraft": linear_references.spacecraft,
+    "motion_simulator_linear": linear_references.motion_simulator_linear,
+    "motion_simulator": hexapod_reference.experiment,
+    "docking_contact": linear_references.docking_contact,
+    "real_docking": linear_references.real_docking,
+    "force_sensor": linear_references.force_sensor,
 }
 
 
 def folder_of(model: str) -> Path:
-    """Where the files of a model stand."""
-    return ROOMS / MAKERS[model][0] / "reference"
+    """Return the folder of a model's reference files."""
+    (path,) = SOURCES.glob(f"*/{model}.py")
+    return path.parent / "reference"
 
 
 def main() -> None:
     """Write all files."""
-    for model, (_, maker) in MAKERS.items():
+    for model, maker in MAKERS.items():
         folder = folder_of(model)
         folder.mkdir(exist_ok=True)
         for name, content in maker().files().items():

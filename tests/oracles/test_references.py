@@ -7,15 +7,15 @@ import zipfile
 from functools import cache
 from xml.etree import ElementTree as ET
 
-import make_references
 import numpy as np
 import pytest
-from reference_experiment import Experiment
 
 from fmu_sources.composed import registry
 from fmu_sources.export.native_flavour import NativeSources, pack_native
-from fmu_sources.export.reference_data import AGREEMENT, FOLDER, reference_files, reference_paths
+from fmu_sources.export.reference_data import FOLDER, agreement, reference_files, reference_paths
 from fmu_sources.framework.instance import Instance
+from tests.oracles import make_references
+from tests.oracles.reference_experiment import Experiment
 
 LARGEST_FILE = 60_000
 REPEATABLE = {"motion_simulator": 1e-8}  # its integrator chooses its steps; the others: rounding of libraries
@@ -30,7 +30,7 @@ each_computed = pytest.mark.parametrize(
 
 @cache
 def made(name: str) -> Experiment:
-    return make_references.MAKERS[name][1]()
+    return make_references.MAKERS[name]()
 
 
 def read(content: bytes) -> np.ndarray:
@@ -72,7 +72,7 @@ def test_the_model_gives_the_reference_outputs(name):
     experiment = made(name)
     got = answers(experiment)
     for column, (output, expected) in zip(got.T, experiment.outputs.items(), strict=True):
-        bound = AGREEMENT[name] * float(np.abs(expected).max())
+        bound = agreement(registry.load(name)) * float(np.abs(expected).max())
 
         assert np.abs(column - expected.astype(float)).max() <= bound, output
 

@@ -28,10 +28,8 @@ from master.diagnosis.answer.verdict import subsystem, verdict
 from master.diagnosis.case.case import load_case
 from master.diagnosis.judge.diagnose import diagnose
 from master.diagnosis.replay.candidate_models import Added
-
-sys.path.append(str(Path(__file__).parents[1]))
-from rig import SUBSYSTEM, Effects, Plant, Recorder, record
-from rig.trials_table import kinds_of, read
+from tests.rig import SUBSYSTEM, Effects, Plant, Recorder, record
+from tests.rig.trials_table import kinds_of, read
 
 CASE = Path(__file__).parents[2] / "configs" / "measured" / "docking_rig.yaml"
 SIZES = {

@@ -15,8 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-sys.path.append(str(Path(__file__).parents[1]))
-from rig import SUBSYSTEM, UNLISTED
+from tests.rig import SUBSYSTEM, UNLISTED
 
 NAMES = {
     **{"cubic": "cubic_stiffness", "backlash": "clearance", "mount": "mount_resonance", "gain": "gain_error"},

@@ -5,9 +5,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-sys.path.append(str(Path(__file__).parents[1]))
-
-from rig import Effects, record
+from tests.rig import Effects, record
 
 DEFAULT = Path(__file__).parents[2] / "configs" / "measured" / "recordings" / "docking_rig.csv"
 

@@ -131,10 +131,21 @@ class Stub:
             getters={pair: addresses["get", pair[1]] for pair in pairs},
         )
 
-    def enter_initialisation(self, start: Mapping[str, float | str], t0: float) -> None:
+    def enter_initialisation(
+        self, start: Mapping[str, float | str], t0: float, stop: float | None = None
+    ) -> None:
         self.events.append("enter_initialisation")
         self.values |= start
         self._time = t0
+        self.stop = stop
+
+    def reset(self) -> None:
+        self.events.append("reset")
+        self.values = {
+            v.name: v.start if v.kind is Kind.STRING else float(v.start or 0.0)
+            for v in self.description.variables
+        }
+        self._stepping = False
 
     def exit_initialisation(self) -> None:
         self._settle()

@@ -5,11 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from types import SimpleNamespace
 
-from master.analysis.closed_loop.linearise import Linearisation
-from master.analysis.summary import judge
-from master.docking.conventions import CONVENTIONS
+from master.analysis.summary import analyse
+from master.api import prepare_to_run
 from master.evaluation.metrics import compute_metrics
-from master.experiment.prepare import Request, prepare
+from master.experiment.prepare import Request
 from master.stepping.outcome import RunOptions
 from master.stepping.simulate import simulate
 
@@ -17,12 +16,11 @@ CONFIGS = Path(__file__).parents[2] / "configs"
 
 
 def prepared(name, variant=None, *assignments):
-    return prepare(CONFIGS / f"{name}.yaml", Request(variant=variant, assignments=assignments))
+    return prepare_to_run(CONFIGS / f"{name}.yaml", Request(variant=variant, assignments=assignments))
 
 
 def analysed(name, variant=None, *assignments):
-    linearisation = Linearisation(prepared(name, variant, *assignments), CONVENTIONS, after_run=True)
-    return judge(linearisation.coupled(), linearisation)
+    return analyse(prepared(name, variant, *assignments))
 
 
 def simulated(name, variant=None, *assignments):

@@ -15,8 +15,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from linear_blocks import Linear
 from scipy.linalg import expm
+
+from tests.linear_blocks import Linear
 
 m_s, T_f, s0 = 820.0, 0.01, -0.01
 m_e, k_m, c_m, k_p, c_p = 80.0, 150e3, 158.0, 37.9e3, 65.0

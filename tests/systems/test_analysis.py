@@ -7,15 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import yaml
-from analysed import CONFIGS, analysed, prepared, simulated
 from scipy.integrate import solve_ivp
 
 from master.analysis.closed_loop.linearise import Linearisation
 from master.analysis.measures.margins import margins
 from master.analysis.measures.poles import growth_rate
 from master.analysis.measures.sweep import parse_axis, stability_map
-from master.docking.conventions import CONVENTIONS
 from master.reproduce.measures.poles import judged
+from tests.systems.analysed import CONFIGS, analysed, prepared, simulated
 
 LINEAR = ("low_frequency", "high_frequency", "experiment", "experiment_1000kg")
 VARYING = ("time_varying_stiffness", "hexapod/time_varying_stiffness")
@@ -124,7 +123,7 @@ def test_the_dominant_pole_under_compensation_is_that_of_the_real_docking(name):
     ],
 )
 def test_force_compensation_alone_bears_a_sensor_lag_up_to(name, bound):
-    linearisation = Linearisation(prepared(name, "cfdc"), CONVENTIONS)
+    linearisation = Linearisation(prepared(name, "cfdc"))
     found = stability_map(linearisation, parse_axis("force_sensor.T_f=1e-4:4e-3:3", linearisation.system))
 
     [(root, _)] = found.boundary
@@ -151,7 +150,7 @@ def test_latency_budget_of_the_force_path(name, variant, budget):
     ("name", "variant"), [("low_frequency", "cfdc_dpdc"), ("hexapod/experiment_1000kg", "all")]
 )
 def test_whole_steps_around_each_delay_margin_are_stable_and_unstable(name, variant):
-    linearisation = Linearisation(prepared(name, variant), CONVENTIONS)
+    linearisation = Linearisation(prepared(name, variant))
     coupled = linearisation.coupled()
     bounded = [m for m in margins(coupled) if m.delay is not None]
 
@@ -176,10 +175,11 @@ def test_forward_difference_has_an_unstable_second_mode():
 @pytest.mark.parametrize("flavour", ["python", "fmi3"])
 def test_every_flavour_gives_the_same_poles(flavour):
     from master.analysis.summary import analyse
-    from master.experiment.prepare import Request, prepare
+    from master.api import prepare_to_run
+    from master.experiment.prepare import Request
 
     request = Request(variant="cfdc_dpdc", flavour=flavour)
-    found = analyse(prepare(CONFIGS / "low_frequency.yaml", request)).dominant
+    found = analyse(prepare_to_run(CONFIGS / "low_frequency.yaml", request)).dominant
 
     assert found.s == pytest.approx(analysed("low_frequency", "cfdc_dpdc").dominant.s, rel=1e-6)
 

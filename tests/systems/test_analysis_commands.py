@@ -8,14 +8,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from analysed import CONFIGS, prepared
 from click.testing import CliRunner
 
+from master.api import prepare_to_run
 from master.cli import main
 from master.docking.phase_lead import design
 from master.errors import ConfigError
-from master.experiment.prepare import Request, prepare
+from master.experiment.prepare import Request
 from master.system.config import PhaseLead
+from tests.systems.analysed import CONFIGS, prepared
 
 LOW = str(CONFIGS / "low_frequency.yaml")
 HEXAPOD = str(CONFIGS / "hexapod" / "high_frequency.yaml")
@@ -177,7 +178,7 @@ def with_phase_lead(path, entry):
 def test_a_run_is_designed_for_the_largest_frequency_of_its_ranges(tmp_path):
     entry = "{design: auto, amplitude: plant, ranges: {k_p: [3.2e+5, 4.8e+5]}}"
     file = with_phase_lead(tmp_path / "system.yaml", entry)
-    compensator = prepare(file, Request(variant="cfdc_dpdc")).system.instances["compensator"]
+    compensator = prepare_to_run(file, Request(variant="cfdc_dpdc")).system.instances["compensator"]
     designed = answer("design-dpdc", HEXAPOD, "--range", "k_p=320000:480000")
 
     for name in ("dpdc_phase", "dpdc_frequency", "dpdc_gain"):

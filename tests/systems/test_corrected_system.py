@@ -11,10 +11,10 @@ import yaml
 from click.testing import CliRunner
 from fmpy import read_model_description
 from fmpy.validation import validate_fmu
-from rig import Effects, record
 
 from master.__main__ import main
 from master.diagnosis.answer.answer import answer
+from tests.rig import Effects, record
 
 CASE = Path(__file__).parents[2] / "configs" / "measured" / "docking_rig.yaml"
 SLOTS = {

@@ -9,13 +9,13 @@ fitted over halved steps; what is left of the next order at the finer ones bends
 from __future__ import annotations
 
 import numpy as np
-import paper_loop as loop
 import pytest
 import yaml
-from stubs import bench
 
-from master.experiment.prepare import prepare
+from master.api import prepare_to_run
 from master.stepping.simulate import simulate
+from tests.stubs import bench
+from tests.systems import paper_loop as loop
 
 END = 0.4
 ORDER_OF_EXTRAPOLATION = {0: 1.0, 1: 2.0, 2: 2.0}
@@ -47,7 +47,7 @@ def coupled_fmus(folder, name, extrapolation, step, integrator="semi_implicit"):
     given |= {"connections": loop.connections(order, extrapolation), "coupling": {"order": order}}
     file = folder / f"{step:g}.yaml"
     file.write_text(yaml.safe_dump(given))
-    return prepare(file)
+    return prepare_to_run(file)
 
 
 def of_fmus(experiment):

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 import yaml
-from browser import opened
 from click.testing import CliRunner
 
 from master.cli.diagnose import diagnose
+from tests.systems.browser import opened
 
 KEYS = {"verdict", "effects", "subsystem", "before", "after", "explained_share", "ceiling"} | {
     "runners_up",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -11,16 +10,14 @@ import yaml
 from fmpy import read_model_description
 from fmpy.validation import validate_fmu
 
+from master.api import prepare_to_run
 from master.diagnosis.answer.answer import answer
 from master.diagnosis.case.case import load_case
 from master.diagnosis.judge.diagnose import diagnose
 from master.errors import ConfigError
-from master.experiment.prepare import Request, prepare
+from master.experiment.prepare import Request
 from master.stepping.simulate import simulate
-
-sys.path.append(str(Path(__file__).parents[1]))
-
-from rig import Effects, record
+from tests.rig import Effects, record
 
 CASE = Path(__file__).parents[2] / "configs" / "measured" / "docking_rig.yaml"
 
@@ -81,7 +78,7 @@ def test_corrected_models_are_valid_and_agree_in_both_flavours(coulomb):
         [fmu] = (folder / flavour).glob("*.fmu")
         assert validate_fmu(str(fmu)) == []
         assert read_model_description(str(fmu)).modelName == "docking_contact__guide_force_coulomb"
-        experiment = prepare(system, Request(flavour=flavour, stop_time=2.0))
+        experiment = prepare_to_run(system, Request(flavour=flavour, stop_time=2.0))
         outcome = simulate(experiment.system, experiment.schedule, experiment.grid)
         rows[flavour] = np.asarray(outcome.result.values)
 

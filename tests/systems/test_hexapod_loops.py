@@ -11,7 +11,8 @@ of 0.0134 after the first second, and 0.0142 is simulated.
 from __future__ import annotations
 
 import pytest
-from analysed import simulated
+
+from tests.systems.analysed import simulated
 
 
 @pytest.mark.parametrize("preset", ["F", "L"])

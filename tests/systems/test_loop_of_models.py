@@ -5,12 +5,12 @@ from functools import cache
 
 import numpy as np
 import pytest
-from closed_loop_matrix import damping, loop_matrix, real_matrix
-from loop_of_models import CASES, compensation, oscillation, rms, run
 
 from fmu_sources.compensator.difference import DifferenceMethod
 from fmu_sources.compensator.ports import Identifier
 from fmu_sources.compensator.tuning import Preset
+from tests.systems.closed_loop_matrix import damping, loop_matrix, real_matrix
+from tests.systems.loop_of_models import CASES, compensation, oscillation, rms, run
 
 pytestmark = pytest.mark.slow
 

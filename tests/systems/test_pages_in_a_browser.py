@@ -7,13 +7,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from browser import opened
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "master" / "pages"))
-from made_up_charts import charts
 
 from master.pages.chart import Chart, Curve
 from master.pages.render import render
+from tests.master.pages.made_up_charts import charts
+from tests.systems.browser import opened
 
 TEMPLATE = """{% extends "base.html.j2" %}{% from "parts.html.j2" import plots, table %}
 {% block title %}charts{% endblock %}{% block body %}<h1>Charts</h1>

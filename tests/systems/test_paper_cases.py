@@ -9,7 +9,8 @@ from functools import cache
 
 import numpy as np
 import pytest
-from analysed import simulated
+
+from tests.systems.analysed import simulated
 
 SIMULATIONS = ("low_frequency", "high_frequency")
 EXPERIMENTS = ("experiment", "experiment_1000kg")

@@ -8,12 +8,12 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
-from browser import opened
 from click.testing import CliRunner
 
 from master.__main__ import main
 from master.reproduce.figures.registry import FIGURES
 from master.reproduce.reproduction import CLAIMS
+from tests.systems.browser import opened
 
 
 @pytest.fixture(scope="module")

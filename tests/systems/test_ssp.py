@@ -10,8 +10,9 @@ import pytest
 from fmpy.ssp.simulation import simulate_ssp
 from lxml import etree
 
+from master.api import prepare_to_run
 from master.errors import ConfigError
-from master.experiment.prepare import Request, prepare
+from master.experiment.prepare import Request
 from master.ssp.export import write_ssp
 from master.stepping.simulate import simulate
 
@@ -21,7 +22,7 @@ SCHEMAS = Path(fmpy.__file__).parent / "ssp" / "schema"
 
 @pytest.fixture(scope="module")
 def experiment():
-    return prepare(CONFIG, Request(variant="cfdc_fmdc", stop_time=0.5))
+    return prepare_to_run(CONFIG, Request(variant="cfdc_fmdc", stop_time=0.5))
 
 
 @pytest.fixture(scope="module")
@@ -48,7 +49,7 @@ def test_the_archive_keeps_the_schema_of_ssp_1(archive, member, schema):
 
 
 def test_a_system_read_back_gives_the_same_bits(archive, experiment):
-    assert np.array_equal(values(prepare(archive)), values(experiment))
+    assert np.array_equal(values(prepare_to_run(archive)), values(experiment))
 
 
 def test_order_delays_and_rates_come_back(experiment, tmp_path):
@@ -60,7 +61,7 @@ def test_order_delays_and_rates_come_back(experiment, tmp_path):
     ]
     config = experiment.config.model_copy(update={"connections": connections})
     changed = replace(experiment, config=config, system=replace(system, wires=wires))
-    back = prepare(write_ssp(changed, tmp_path / "delayed.ssp"))
+    back = prepare_to_run(write_ssp(changed, tmp_path / "delayed.ssp"))
 
     assert back.schedule == experiment.schedule
     assert {w.target.name: w.delay for w in back.system.wires}["compensator.x"] == 2
@@ -78,4 +79,4 @@ def test_a_file_that_is_no_archive_is_refused(tmp_path):
     path.write_text("no zip", encoding="utf-8")
 
     with pytest.raises(ConfigError, match="not an SSP archive, expected a zip file"):
-        prepare(path)
+        prepare_to_run(path)

@@ -20,6 +20,10 @@ from typing import Any, NamedTuple
 from ...framework.arithmetic import Arithmetic
 from ...framework.records import RecordType
 from ...framework.variables import Variable
+from .common import NEVER, SMALLEST_SHARE, SMALLEST_SMOOTHING, SMOOTHING
+from .experiment import Experiment
+from .limit import Limit
+from .rms import Rms as Rms  # a part of what an effect is, found here as well
 
 
 class Place(Enum):
@@ -47,15 +51,12 @@ class Applied(NamedTuple):
     signals: Mapping[str, Any] = {}
 
 
-@dataclass(frozen=True, kw_only=True)
-class Rms:
-    """Size of a slot's value and signals in a recording, for scaling a fit."""
+class FirstGuess(Enum):
+    """Where a fit of a law begins."""
 
-    value: float = 1.0
-    position: float = 1.0
-    velocity: float = 1.0
-    load: float = 1.0
-    duration: float = 1.0
+    MULTIPLES = "at multiples of its scales"
+    QUANTA = "at steps that the recorded value is made of"
+    PERIODS = "at periods along the position that the residual shows"
 
 
 Law = Callable[[Any, Any, Any, Any, Any, Arithmetic], Applied]
@@ -64,12 +65,17 @@ Law = Callable[[Any, Any, Any, Any, Any, Arithmetic], Applied]
 @dataclass(frozen=True, kw_only=True)
 class Effect:
     """
-    One law with its declarations.
+    One law with its declarations, and all that is known of it.
 
     Units may name the slot's own: `{value}`, `{position}`, `{load}`. `absent` makes the law do nothing.
     `scale` gives the typical magnitude of each parameter; `held` ones stay there in a fit. `variants` are
-    start values of which a fit tries all, where the law has a side. `follows` names the states that start at
-    the slot's value, as a filter at rest does. `made_of` names effects that together make this law or nearly.
+    start values of which a fit tries all, where the law has a side; `first_guess` says where it begins.
+    `probe` is the share of the typical amplitudes at which the law answers in proportion; 1 for one that does
+    nothing below. `follows` names the states that start at the slot's value, as a filter at rest does.
+    `equals_sum_of` names effects that together make this law or nearly; `limits` says what it becomes at the
+    ends of its parameters. Effects with the same `acts_like` differ in details that models get wrong, too.
+    `shown_by` names recordings that tell it from others. `constant` is the parameter that the law adds to the
+    value as it is, where it does nothing else.
     """
 
     name: str
@@ -83,8 +89,39 @@ class Effect:
     places: frozenset[Place] = EVERYWHERE
     held: tuple[str, ...] = ()
     follows: tuple[str, ...] = ()
-    made_of: tuple[str, ...] = ()
     variants: tuple[Mapping[str, float], ...] = field(default=({},))
+    first_guess: FirstGuess = FirstGuess.MULTIPLES
+    probe: float = 0.02
+    equals_sum_of: tuple[str, ...] = ()
+    limits: tuple[Limit, ...] = ()
+    acts_like: str | None = None
+    shown_by: tuple[Experiment, ...] = ()
+    constant: str | None = None
+
+    @property
+    def has_memory(self) -> bool:
+        """Whether what the law gives depends on more than the present signals."""
+        return bool(self.states)
+
+    def limit(self, values: Mapping[str, float], rms: Rms) -> Limit | None:
+        """Find the limit that parameters are at, by their short names; None if they are at none."""
+        return next((limit for limit in self.limits if limit.is_reached(values, rms)), None)
+
+    @cached_property
+    def amplitudes(self) -> tuple[str, ...]:
+        """Names of the fitted parameters that the law is linear in; the others are its shapes."""
+        return tuple(v.name for v in self.parameters if v.name in self.fitted and self._is_amplitude(v))
+
+    def _is_amplitude(self, v: Variable) -> bool:
+        absent = self.absent.get(v.name)
+        if absent == NEVER or v.unit in ("{position}", "s"):
+            return False
+        return absent == 0.0 or "{value}" in v.unit
+
+    @staticmethod
+    def smallest_share(name: str) -> float:
+        """Share of its scale below which a fit leaves no positive parameter: for the integrator."""
+        return SMALLEST_SMOOTHING if name == SMOOTHING else SMALLEST_SHARE
 
     @cached_property
     def fitted(self) -> tuple[str, ...]:

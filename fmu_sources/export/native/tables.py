@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from ...framework.integrate import MOST_SAMPLES, MOST_SUBSTEPS
 from ...framework.model import Model
 from ...framework.variables import Role, Variable
 
@@ -20,6 +21,8 @@ def header(model: Model, guid: str) -> str:
         "N_RESTARTING": len(_restarting(model)),
         "SAMPLE_TIME": _place(model, model.sample_time),
         "INPUT_HOLD": _place(model, model.input_hold),
+        "MOST_SAMPLES": MOST_SAMPLES,
+        "MOST_SUBSTEPS": MOST_SUBSTEPS,
     }
     lines = [
         f"/* Generated from the model {model.name}; do not edit. */",
@@ -30,7 +33,7 @@ def header(model: Model, guid: str) -> str:
         f"#define MODEL_GUID {quoted(guid)}",
         f"#define LONGEST_SUBSTEP {float(model.substep)!r}",
         "",
-        "/* Counts; then the places of two parameters, -1 for none. */",
+        "/* Counts; the places of two parameters, -1 for none; limits of a communication step. */",
         "enum {",
         ",\n".join(f"    {name} = {value}" for name, value in sizes.items()),
         "};",

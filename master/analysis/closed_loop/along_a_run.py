@@ -4,7 +4,7 @@ A system that varies with time, linearised along one of its runs.
 Each FMU answers alone: once with its inputs held at their start, and to pulses, which give its linear system,
 in each tick where it varies (`varying`). Coupled, these give the motion from the start on, and the map of the
 total state over one period (Floquet), whose multipliers tell the growth. What the motion shows is read as it
-is read of a run, by the same means and over the same time, so that the two can be held against one another.
+is read of a run, by the same means and over the same time, so that the two can be compared.
 Limits   An FMU that leaves the linear range in the run leaves the linear system; by how much is measured.
 """
 
@@ -17,6 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from master.analysis.identify.declarations import holding, learns
 from master.analysis.identify.history import AGES
 from master.analysis.identify.responses import Question
 from master.analysis.identify.varying import alone, answer, measure_learning, measure_through_time, period_of
@@ -26,7 +27,7 @@ from master.stepping.outcome import RunOptions
 from master.stepping.simulate import simulate
 
 from .linearise import Linearisation
-from .tick_matrix import Coupled, Part, Walk
+from .tick_matrix import LinearPart, LinearSystem, TickPropagation
 
 Floats = NDArray[np.float64]
 Rows = Mapping[str, Floats]
@@ -57,42 +58,38 @@ class LinearityAlongRun:
     learners: tuple[str, ...]
 
 
-def along(laboratory: Linearisation, frozen: Coupled) -> LinearityAlongRun | None:
+def linearity_along_run(linearisation: Linearisation, frozen: LinearSystem) -> LinearityAlongRun | None:
     """
     Linearise along a run; None where no FMU varies with time, or where they step at several rates.
 
     Raises:
         FmuError: If an FMU fails, or cannot save its state.
     """
-    system = laboratory.experiment.system
-    asked = {name: laboratory.question(system, instance) for name, instance in system.instances.items()}
-    varying = laboratory.conventions.varying
-    periods = {name: period_of(q, varying) if q.inputs else 0 for name, q in asked.items()}
+    system = linearisation.experiment.system
+    asked = {name: linearisation.question(system, instance) for name, instance in system.instances.items()}
+    periods = {name: period_of(question) if question.inputs else 0 for name, question in asked.items()}
     if frozen.period != 1 or not any(p != 0 for p in periods.values()):
         return None
-    result = _run(laboratory)
-    held = {
-        w.target.name: w.conversion.factor * float(result[w.source.name][0]) + w.conversion.offset
-        for w in system.wires
-    }
+    result = _run(linearisation)
+    held = {w.target.name: w.conversion.of(float(result[w.source.name][0])) for w in system.wires}
     questions = {
         name: replace(q, held=tuple(held[f"{name}.{v.name}"] for v in q.inputs)) for name, q in asked.items()
     }
-    return _Rig(laboratory, frozen, result, questions, periods).judged()
+    return _CoupledRun(linearisation, frozen, result, questions, periods).judged()
 
 
-def _run(laboratory: Linearisation) -> Result:
-    e, options = laboratory.experiment, RunOptions(limits=laboratory.experiment.limits)
-    outcome = simulate(e.system, e.schedule, e.grid, options=options, factory=laboratory.factory)
+def _run(linearisation: Linearisation) -> Result:
+    e, options = linearisation.experiment, RunOptions(limits=linearisation.experiment.limits)
+    outcome = simulate(e.system, e.schedule, e.grid, options=options, factory=linearisation.factory)
     if outcome.error is not None:
         raise outcome.error
     return outcome.result
 
 
-class _Motion(Walk):
+class _Motion(TickPropagation):
     """Deviations from the start in numbers; `forced` outputs stand in place of those of the linear FMUs."""
 
-    def __init__(self, coupled: Coupled, nominal: Rows, forced: Rows | None = None) -> None:
+    def __init__(self, coupled: LinearSystem, nominal: Rows, forced: Rows | None = None) -> None:
         super().__init__(coupled, np.zeros((len(coupled.owners()), 1)))
         self.nominal, self.forced = nominal, forced
         self.answers: dict[str, list[Floats]] = {name: [] for name in coupled.parts}
@@ -114,18 +111,18 @@ class _Motion(Walk):
         return self
 
 
-class _Rig:
+class _CoupledRun:
     """A run, its FMUs made linear and coupled, and what each does with its inputs held at the start."""
 
     def __init__(
         self,
-        laboratory: Linearisation,
-        frozen: Coupled,
+        linearisation: Linearisation,
+        frozen: LinearSystem,
         result: Result,
         questions: Mapping[str, Question],
         periods: Mapping[str, int | None],
     ) -> None:
-        self.laboratory, self.frozen, self.result = laboratory, frozen, result
+        self.linearisation, self.frozen, self.result = linearisation, frozen, result
         self.questions, self.periods = questions, periods
         self.ticks = len(result.time) - 1
         self.start = {n: np.array([result[o][0] for o in p.outputs]) for n, p in frozen.parts.items()}
@@ -133,23 +130,22 @@ class _Rig:
         self.learners: list[str] = []
         self.nominal: dict[str, Floats] = {}
         parts = {name: self._part(name, part) for name, part in frozen.parts.items()}
-        self.coupled = replace(frozen, system=laboratory.experiment.system, parts=parts)
+        self.coupled = replace(frozen, system=linearisation.experiment.system, parts=parts)
 
-    def _recorded(self, part: Part) -> Floats:
+    def _recorded(self, part: LinearPart) -> Floats:
         """Outputs behind each step, shape (ticks, outputs)."""
         return np.array([self.result[name][1:] for name in part.outputs]).reshape(-1, self.ticks).T
 
-    def _part(self, name: str, part: Part) -> Part:
-        question, period, factory = self.questions[name], self.periods[name], self.laboratory.factory
-        conventions = self.laboratory.conventions
-        if conventions.learning is not None and conventions.learns(question.instance):
+    def _part(self, name: str, part: LinearPart) -> LinearPart:
+        question, period, factory = self.questions[name], self.periods[name], self.linearisation.factory
+        if learns(question.instance):
             inputs = self._inputs(name) + np.array(question.held)
-            if systems := measure_learning(question, conventions.learning, factory, inputs):
+            if systems := measure_learning(question, factory, inputs):
                 self.learners.append(name)
                 start = self.start[name]
                 self.nominal[name] = answer(systems, np.array(question.held), start) - start
                 return replace(part, system=systems[0], systems=systems)
-            question = replace(question, instance=conventions.holding(question.instance))
+            question = replace(question, instance=holding(question.instance))
         self.nominal[name] = alone(question, factory, self.ticks) - self.start[name]
         if period != 0:
             ticks = self.ticks if period is None else period + AGES
@@ -181,10 +177,10 @@ class _Rig:
         )
 
     def _motions(self) -> tuple[Mode | None, Mode | None, Mode | None, float]:
-        compare = self.laboratory.experiment.config.compare
+        compare = self.linearisation.experiment.compare
         if compare is None:
             return None, None, None, 0.0
-        name, step = compare.signal.partition(".")[0], self.coupled.step_size
+        name, step = compare.signal.instance, self.coupled.step_size
         place = self.coupled.parts[name].outputs.index(compare.signal)
         answers = np.array(_Motion(self.coupled, self.nominal).over(self.ticks).answers[name])
         motion, run = np.concatenate([[0.0], answers[:, place]]), self.result[compare.signal]

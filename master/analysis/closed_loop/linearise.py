@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from master.analysis.conventions import Conventions
+from master.analysis.identify.declarations import departures, learning_of, learns
 from master.analysis.identify.online_identifiers import measure_learned
 from master.analysis.identify.realisation import realise
 from master.analysis.identify.responses import Question, Responses, measure, real, start_variables
@@ -16,9 +16,12 @@ from master.fmi.description import Kind
 from master.fmi.values import parse
 from master.stepping.simulate import SlaveFactory, load, simulate
 from master.system.graph import Instance, System
-from master.system.grid import Grid
+from master.text.scalar import Plain
+from master.text.signal_name import SignalName
 
-from .tick_matrix import Coupled, Part
+from .tick_matrix import LinearPart, LinearSystem
+
+WHEN_HELD = "learning is not linear: what the FMU has learned stays as a run leaves it"
 
 
 @dataclass(frozen=True)
@@ -35,11 +38,10 @@ class Linearisation:
     """
     Measures each FMU alone, once for each set of parameters, and couples the linear systems.
 
-    `after_run`: an FMU that identifies is asked as a run leaves it, not with its assumed parameters.
+    `after_run`: an FMU that learns is asked as a run leaves it, not with its assumed parameters.
     """
 
     experiment: Experiment
-    conventions: Conventions
     factory: SlaveFactory = load
     after_run: bool = False
     system: System = field(init=False)
@@ -48,16 +50,14 @@ class Linearisation:
     _held: dict[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        self.system, self.assumptions = frozen(
-            self.experiment.system, self.conventions, after_run=self.after_run
-        )
+        self.system, self.assumptions = frozen(self.experiment.system, after_run=self.after_run)
         self._held = self._initial_inputs()
 
     def coupled(
         self, changes: Mapping[str, float] | None = None, extra: Mapping[str, int] | None = None
-    ) -> Coupled:
+    ) -> LinearSystem:
         """
-        Give the coupled system.
+        Return the coupled system.
 
         Args:
             changes: Parameters by `instance.parameter` that differ from the experiment's.
@@ -65,8 +65,8 @@ class Linearisation:
         """
         system = changed(self.system, changes or {})
         parts = {name: self._part(system, instance) for name, instance in system.instances.items()}
-        schedule, step = self.experiment.schedule, self.experiment.config.step_size
-        return Coupled(system, schedule, parts, step, extra or {})
+        schedule, step = self.experiment.schedule, self.experiment.grid.step_size
+        return LinearSystem(system, schedule, parts, step, extra or {})
 
     def question(self, system: System, instance: Instance) -> Question:
         """Say what is asked of an FMU: its connected inputs, and the outputs that are used."""
@@ -74,7 +74,7 @@ class Linearisation:
         wires = [w for w in system.wires_into(name) if w.source.variable.kind is Kind.REAL]
         inputs = real([w.target.variable for w in wires])
         used = {w.source.variable.name for w in system.wires if w.source.instance == name}
-        used |= {s.partition(".")[2] for s in self._watched() if s.startswith(f"{name}.")}
+        used |= {SignalName(s).variable for s in self._watched() if s.startswith(f"{name}.")}
         outputs = real([v for v in description.outputs if v.name in used])
         return Question(
             instance=instance,
@@ -82,59 +82,53 @@ class Linearisation:
             starts=start_variables(description, instance.start) if outputs and not inputs else (),
             outputs=outputs,
             held=tuple(self._held[f"{name}.{v.name}"] for v in inputs),
-            step_size=self.experiment.config.step_size * instance.every,
-            t0=self.experiment.config.start_time,
+            step_size=self.experiment.grid.step_size * instance.every,
+            t0=self.experiment.grid.t0,
         )
 
-    def _part(self, system: System, instance: Instance) -> Part:
+    def _part(self, system: System, instance: Instance) -> LinearPart:
         question = self.question(system, instance)
         if question.key not in self._known:
             self._known[question.key] = realise(self._measured(question))
         groups = (question.inputs, question.outputs)
         inputs, outputs = (tuple(f"{instance.name}.{v.name}" for v in group) for group in groups)
-        return Part(self._known[question.key], inputs, outputs)
+        return LinearPart(self._known[question.key], inputs, outputs)
 
     def _measured(self, question: Question) -> Responses:
-        learning = self.conventions.learning
-        if self.after_run and learning is not None and self.conventions.learns(question.instance):
-            return measure_learned(question, self.experiment, self.system, learning, self.factory)
+        if self.after_run and learns(question.instance):
+            return measure_learned(question, self.experiment, self.system, self.factory)
         return measure(question, self.factory)
 
     def _watched(self) -> list[str]:
-        compare = self.experiment.config.compare
+        compare = self.experiment.compare
         if compare is None:
             return []
         return [s for s in (compare.signal, compare.reproduced, compare.reference) if s is not None]
 
     def _initial_inputs(self) -> dict[str, float]:
         """Values that the inputs have at the start of a run."""
-        system, config = self.system, self.experiment.config
-        grid = Grid(config.start_time, config.step_size, 0)
+        system = self.system
+        grid = replace(self.experiment.grid, n_ticks=0)
         start = simulate(system, self.experiment.schedule, grid, factory=self.factory).result
-        return {
-            w.target.name: w.conversion.factor * float(start[w.source.name][0]) + w.conversion.offset
-            for w in system.wires
-        }
+        return {w.target.name: w.conversion.of(float(start[w.source.name][0])) for w in system.wires}
 
 
-def frozen(
-    system: System, conventions: Conventions, *, after_run: bool
-) -> tuple[System, tuple[Assumption, ...]]:
-    """Make linear and constant what the conventions say is not; return the system and what is assumed."""
-    found, learning = [], conventions.learning
+def frozen(system: System, *, after_run: bool) -> tuple[System, tuple[Assumption, ...]]:
+    """Make linear and constant what the FMUs declare is not; return the system and what is assumed."""
+    found = []
     for name, instance in system.instances.items():
-        if after_run and learning is not None and conventions.learns(instance):
-            found.append(Assumption(f"{name}.{learning.hold}", "true", learning.when_held))
-            continue
-        for assumed in conventions.assumed:
-            variable = instance.description.by_name.get(assumed.parameter)
-            if variable is None:
+        learning = learning_of(instance) if after_run else None
+        if learning is not None:
+            found.append(Assumption(f"{name}.{learning.held_by}", "true", WHEN_HELD))
+        for declared in departures(instance):
+            if learning is not None and declared.parameter == learning.by:
                 continue
-            value = parse(variable, assumed.value)
-            if instance.value_of(assumed.parameter) != value:
-                signal = f"{name}.{assumed.parameter}"
-                found.append(Assumption(signal, assumed.value, assumed.reason))
-                system = changed(system, {signal: float(value)})
+            variable = instance.description.by_name[declared.parameter]
+            value = float(parse(variable, Plain(declared.value)))
+            is_number = variable.kind in (Kind.REAL, Kind.INTEGER) and not variable.items
+            signal = f"{name}.{declared.parameter}"
+            found.append(Assumption(signal, value if is_number else declared.value, declared.reason))
+            system = changed(system, {signal: value})
     return system, tuple(found)
 
 
@@ -142,6 +136,6 @@ def changed(system: System, changes: Mapping[str, float]) -> System:
     """Replace parameters by `instance.parameter`."""
     instances = dict(system.instances)
     for signal, value in changes.items():
-        name, _, key = signal.partition(".")
+        name, key = SignalName(signal).parts
         instances[name] = replace(instances[name], start={**instances[name].start, key: value})
     return replace(system, instances=instances)

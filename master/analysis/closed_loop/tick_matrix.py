@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from master.analysis.state_space import StateSpace
+from master.coupling.extrapolation import one_step_on
 from master.coupling.schedule import Schedule
 from master.system.graph import System, Wire
 
@@ -26,7 +27,7 @@ Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Part:
+class LinearPart:
     """
     One FMU: its linear system and the names of its inputs and outputs, as columns and rows stand.
 
@@ -48,7 +49,7 @@ class Part:
 
 
 @dataclass(frozen=True)
-class Opened:
+class OpenedLoop:
     """The system with an outer signal r on a connection, and v, what the connection would carry."""
 
     M: Floats
@@ -58,12 +59,12 @@ class Opened:
 
 
 @dataclass(frozen=True)
-class Coupled:
+class LinearSystem:
     """Linear FMUs, wires and order; `extra` adds whole ticks of delay by the wire's target."""
 
     system: System
     schedule: Schedule
-    parts: Mapping[str, Part]
+    parts: Mapping[str, LinearPart]
     step_size: float
     extra: Mapping[str, int]
 
@@ -101,7 +102,7 @@ class Coupled:
     def matrix(self, first: int = 0, ticks: int | None = None) -> Floats:
         """Map the total state from a first tick over so many, or over one period."""
         n = len(self.owners())
-        walk, total = Walk(self, np.eye(n)), np.eye(n)
+        walk, total = TickPropagation(self, np.eye(n)), np.eye(n)
         for k in range(first, first + (ticks or self.period)):
             total = walk.run(k)
         return total
@@ -114,16 +115,16 @@ class Coupled:
         row[first + names.index(signal)] = 1.0
         return row
 
-    def opened(self, wire: Wire, *, cut: bool) -> Opened:
+    def opened(self, wire: Wire, *, cut: bool) -> OpenedLoop:
         """Put r in place of the wire's value (`cut`) or on top of it; every FMU steps each tick."""
         n = len(self.owners())
-        tick = Walk(self, np.eye(n), {wire.target.name: cut})
+        tick = TickPropagation(self, np.eye(n), {wire.target.name: cut})
         rows = tick.run(0)
         v = tick.arrived[wire.target.name]
-        return Opened(rows[:, :n], rows[:, n:], v[None, :n], v[None, n:])
+        return OpenedLoop(rows[:, :n], rows[:, n:], v[None, :n], v[None, n:])
 
 
-class Walk:
+class TickPropagation:
     """
     Carries a total state, or a basis of them, from tick to tick.
 
@@ -131,7 +132,7 @@ class Walk:
     outer signals, and over unknowns of a loop.
     """
 
-    def __init__(self, coupled: Coupled, start: Floats, outer: Mapping[str, bool] | None = None) -> None:
+    def __init__(self, coupled: LinearSystem, start: Floats, outer: Mapping[str, bool] | None = None) -> None:
         self.coupled, self.outer = coupled, outer or {}
         n = start.shape[1]
         self.width, self.tick = n + len(self.outer), 0
@@ -147,38 +148,44 @@ class Walk:
         targets = [w.target.name for w in coupled.wires]
         self.under_way = dict(zip(targets, blocks[2 * n_parts :], strict=True))
         self.arrived: dict[str, Floats] = {}
+        self.collected: dict[str, list[Floats]] = {}
+        self._into: dict[str, list[Wire]] = {}
+        for wire in coupled.wires:
+            self._into.setdefault(wire.target.instance, []).append(wire)
 
     def run(self, k: int) -> Floats:
         """Execute tick k; give the rows of the new total state."""
         self.tick = k
-        schedule, wires = self.coupled.schedule, self.coupled.wires
-        for i, group in enumerate(schedule.groups):
-            into = [w for name in group for w in wires if w.target.instance == name]
-            inner = [w for w in into if i in schedule.iterations and self._is_inner(w, group)]
-            for wire in into:
-                due_now = (k + 1) % schedule.every[wire.target.instance] == 0
-                if wire not in inner and (due_now or self.coupled.delay_of(wire)):
-                    self._transfer(wire)
-            due = [name for name in group if (k + 1) % schedule.every[name] == 0]
-            self._step_together(due, inner if due else [])
+        for group in self.coupled.schedule.groups:
+            group.act(self, k, self.coupled.schedule.every)
         return np.concatenate([*self.states.values(), *self.held.values(), *self.under_way.values()])
 
-    def _is_inner(self, wire: Wire, group: Sequence[str]) -> bool:
-        return wire.source.instance in group and not self.coupled.delay_of(wire)
+    def wires_into(self, instance: str) -> Sequence[Wire]:
+        """Connections of its inputs that vary continuously."""
+        return self._into.get(instance, ())
 
-    def _step_together(self, names: Sequence[str], inner: Sequence[Wire]) -> None:
+    def delay_of(self, wire: Wire) -> int:
+        """Whole ticks of delay of a connection."""
+        return self.coupled.delay_of(wire)
+
+    def step(self, instances: Sequence[str]) -> None:
+        """Step side by side with the signals as they are."""
+        for name in instances:
+            self._step(name, self.width)
+
+    def step_implicitly(self, instances: Sequence[str], inner: Sequence[Wire]) -> None:
         """Step side by side; `inner` wires carry the new values, as iteration to convergence gives them."""
         n, q = self.width, len(inner)
         for j, wire in enumerate(inner):
             self.signals[wire.target.name] = self._with_outer(wire, np.eye(1, n + q, n + j)[0])
-        for name in names:
+        for name in instances:
             self._step(name, n + q)
         if not q:
             return
         sent = np.array([w.conversion.factor * self._source(w) for w in inner])
         solved = np.linalg.solve(np.eye(q) - sent[:, n:], sent[:, :n])
         for table in (self.states, self.held):
-            for name in names:
+            for name in instances:
                 table[name] = table[name][:, :n] + table[name][:, n:] @ solved
         for wire, value in zip(inner, solved, strict=True):
             self.arrived[wire.target.name] = value
@@ -189,7 +196,8 @@ class Walk:
         row: Floats = self.held[wire.source.instance][outputs.index(wire.source.name)]
         return row
 
-    def _transfer(self, wire: Wire) -> None:
+    def transfer(self, wire: Wire) -> None:
+        """Bring a connection's value to the input: through its delay, converted, extrapolated."""
         target, delay = wire.target.name, self.coupled.delay_of(wire)
         line = self.under_way[target]
         shifted = np.concatenate([self._source(wire)[None], line[:delay]])
@@ -229,6 +237,4 @@ def _extrapolated(value: Floats, past: Floats) -> Floats:
     """Polynomial through the last values, to the end of the step."""
     if len(past) == 0:
         return value
-    if len(past) == 1:
-        return np.asarray(2.0 * value - past[0])
-    return np.asarray(3.0 * value - 3.0 * past[0] + past[1])
+    return np.asarray(one_step_on(len(past), value, past[0], past[-1]))

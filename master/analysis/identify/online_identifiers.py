@@ -8,17 +8,17 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from master.analysis.conventions import Learning
 from master.experiment.experiment import Experiment
 from master.stepping.outcome import RunOptions
 from master.stepping.simulate import SlaveFactory, running
 from master.system.graph import System
 
+from .declarations import hold_now
 from .responses import Question, Responses, measure_running
 
 
 def measure_learned(
-    question: Question, experiment: Experiment, system: System, learning: Learning, factory: SlaveFactory
+    question: Question, experiment: Experiment, system: System, factory: SlaveFactory
 ) -> Responses:
     """
     Ask an FMU after a run of its system, constant in time, which may end early by the experiment's limits.
@@ -28,10 +28,10 @@ def measure_learned(
     """
     name = question.instance.name
     own = replace(system, instances={**system.instances, name: question.instance})
-    options = RunOptions(limits=experiment.limits)
+    options = RunOptions(limits=experiment.limits, compared=experiment.compared)
     with running(own, experiment.schedule, experiment.grid, options=options, factory=factory) as run:
         outcome, slaves = run
         if outcome.error is not None and outcome.error.instance == name:
             raise outcome.error
-        slaves[name].set([question.instance.description.by_name[learning.hold]], [1.0])
+        hold_now(question.instance, slaves[name])
         return measure_running(replace(question, t0=float(outcome.result.time[-1])), slaves[name])

@@ -16,14 +16,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from master.coupling.methods.catalogue import method_of
 from master.coupling.schedule import Schedule
 from master.errors import FmuError
 from master.fmi.description import Description, Kind, Variable
 from master.fmi.native import calls
 from master.fmi.slave import Slave
 from master.stepping.compiler import build_program
-from master.stepping.machine import interpreter
-from master.stepping.machine.program import WARNING
+from master.stepping.failure import failure_of
+from master.stepping.machine.compiled import compiled
+from master.stepping.machine.interpreter import Stop, finite_only
+from master.stepping.machine.operations import is_bad
 from master.stepping.simulate import SlaveFactory
 from master.system.graph import Instance, Port, System
 
@@ -154,7 +157,7 @@ class Bench:
         self.values = list(question.held)
         instance = question.instance
         self.state = np.zeros(1, dtype=np.int64)
-        schedule = Schedule(((instance.name,),), {instance.name: 1})
+        schedule = Schedule.of([method_of(instance.name)], {instance.name: 1})
         system = System({instance.name: instance}, ())
         self.program = build_program(system, schedule, {instance.name: slave})
         places = [self.program.place[Port(instance.name, v).name] for v in question.outputs]
@@ -188,22 +191,21 @@ class Bench:
     def run(self, begin: int, end: int) -> Floats:
         """Step; return one row of outputs for each step."""
         rows = np.empty((end - begin, len(self.record)))
-        n = len(self.record)
-        watch = interpreter.Watch(
-            self.record, np.full(n, np.inf), np.zeros((0, 2), np.int64), np.zeros((0, 2))
-        )
-        grid = (self.question.t0, self.question.step_size)
-        outcome, done, _, _ = interpreter.compiled()(self.program.memory, watch, grid, (begin, end), rows)
-        if outcome != interpreter.DONE:
-            self.failed = outcome == interpreter.FAILED
-            message = self.slave.last_message() or "its outputs are not finite"
-            at = grid[0] + (begin + done) * grid[1]
-            raise FmuError(self.question.instance.name, message, time=at)
-        return rows
+        t0, h = self.question.t0, self.question.step_size
+        monitor = finite_only(self.record)
+        ended = compiled()(self.program.memory, monitor, t0, h, begin, end, rows)
+        if ended.stop == Stop.DONE:
+            return rows
+        name, time = self.question.instance.name, t0 + (begin + ended.ticks) * h
+        self.failed = ended.stop == Stop.FAILED
+        if self.failed:
+            raise failure_of(self.program, {name: self.slave}, ended, time)
+        message = self.slave.last_message() or "its outputs are not finite"
+        raise FmuError(name, message, time=time)
 
     def _state_call(self, name: str, argument: int) -> None:
         interface = self.slave.interface()
-        if calls.state(getattr(interface, name), interface.component, argument) > WARNING:
+        if is_bad(calls.state(getattr(interface, name), interface.component, argument)):
             self.failed = True
             message = self.slave.last_message() or "its state cannot be saved and set"
             raise FmuError(self.question.instance.name, message)

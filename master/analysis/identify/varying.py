@@ -9,16 +9,17 @@ them does not enter, as it does not enter the run.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from master.analysis.conventions import Learning, Varying
 from master.analysis.state_space import StateSpace
 from master.stepping.simulate import SlaveFactory
 
 from . import history
+from .declarations import departures, hold_now
 from .responses import Bench, Question, delta_of, started
 
 Floats = NDArray[np.float64]
@@ -28,15 +29,19 @@ _SAMPLES = 20
 _SAME = 1e-9
 
 
-def period_of(question: Question, varying: Sequence[Varying]) -> int | None:
+def period_of(question: Question) -> int | None:
     """Return the ticks after which an FMU answers as before; 0: constant; None: not an integer number."""
-    periods, instance = [0], question.instance
-    for one in varying:
-        if one.frequency in instance.description.by_name and instance.value_of(one.amplitude):
-            steps = 1.0 / (float(instance.value_of(one.frequency) or np.inf) * question.step_size)
-            whole = abs(steps - round(steps)) < _WHOLE * steps
-            periods.append(round(steps) if whole else -1)
-    return None if min(periods) < 0 else max(periods)
+    instance = question.instance
+    periods: list[int] = []
+    for declared in departures(instance):
+        frequency = 0.0 if declared.frequency is None else float(instance.value_of(declared.frequency) or 0.0)
+        if frequency == 0.0:
+            continue
+        steps = 1.0 / (frequency * question.step_size)
+        if abs(steps - round(steps)) >= _WHOLE * steps:
+            return None
+        periods.append(round(steps))
+    return math.lcm(*periods) if periods else 0
 
 
 def measure_through_time(question: Question, factory: SlaveFactory, ticks: int) -> Sequence[StateSpace]:
@@ -57,15 +62,12 @@ def measure_through_time(question: Question, factory: SlaveFactory, ticks: int) 
         bench.close()
 
 
-def measure_learning(
-    question: Question, learning: Learning, factory: SlaveFactory, inputs: Floats
-) -> Sequence[StateSpace]:
+def measure_learning(question: Question, factory: SlaveFactory, inputs: Floats) -> Sequence[StateSpace]:
     """
     Ask an FMU that learns after each step of a run, with its parameters held.
 
     Args:
         question: The FMU.
-        learning: How it is told to hold them.
         factory: Makes the slave.
         inputs: What it got in the run, shape (ticks, inputs).
 
@@ -75,18 +77,15 @@ def measure_learning(
     Raises:
         FmuError: If it fails, or cannot save its state.
     """
-    few = _learned(question, learning, factory, inputs, max(1, len(inputs) // _SAMPLES))
+    few = _learned(question, factory, inputs, max(1, len(inputs) // _SAMPLES))
     if np.max(np.abs(few - few[0])) < _SAME * np.max(np.abs(few)):
         return ()
-    return history.systems(*history.held(_learned(question, learning, factory, inputs, 1)))
+    return history.systems(*history.held(_learned(question, factory, inputs, 1)))
 
 
-def _learned(
-    question: Question, learning: Learning, factory: SlaveFactory, inputs: Floats, stride: int
-) -> Floats:
+def _learned(question: Question, factory: SlaveFactory, inputs: Floats, stride: int) -> Floats:
     """Lead an FMU through a run; return its answers after each step whose number `stride` divides."""
     bench = Bench(question, started(question, factory))
-    hold = [question.instance.description.by_name[learning.hold]]
     pulses = []
     try:
         for k, row in enumerate(inputs):
@@ -94,7 +93,7 @@ def _learned(
             bench.slave.set(question.inputs, bench.values)
             bench.run(k, k + 1)
             if k % stride == 0:
-                pulses.append(_pulses(bench, k + 1, lambda: bench.slave.set(hold, [1.0])))
+                pulses.append(_pulses(bench, k + 1, lambda: hold_now(question.instance, bench.slave)))
         return np.array(pulses)
     finally:
         bench.close()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from master.analysis.closed_loop.tick_matrix import Coupled
+from master.analysis.closed_loop.tick_matrix import LinearSystem
 from master.analysis.state_space import StateSpace
 from master.system.graph import Wire
 
@@ -30,7 +30,7 @@ def response(system: StateSpace, step_size: float, frequencies: Floats) -> Compl
     return np.asarray((states @ system.C[0] + system.D[0, 0]) / z)
 
 
-def response_from(coupled: Coupled, wire: Wire, signal: str, frequencies: Floats) -> Complexes:
+def response_from(coupled: LinearSystem, wire: Wire, signal: str, frequencies: Floats) -> Complexes:
     """Response of a signal, row by row, over the source of a connection that is cut there."""
     opened = coupled.opened(wire, cut=True)
     z = _circle(frequencies, coupled.step_size)

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from master.analysis.closed_loop.tick_matrix import Coupled, Opened
+from master.analysis.closed_loop.tick_matrix import LinearSystem, OpenedLoop
 from master.system.graph import Wire
 
 from .poles import growth_rate
@@ -51,14 +51,14 @@ class Margin:
     gain_down: float | None
 
 
-def margins(coupled: Coupled) -> list[Margin]:
+def margins(coupled: LinearSystem) -> list[Margin]:
     """Return the margins of all connections; none for an unstable system or FMUs of several rates."""
     if coupled.period != 1 or growth_rate(coupled) > 0.0:
         return []
     return [margin(coupled, wire) for wire in coupled.wires]
 
 
-def margin(coupled: Coupled, wire: Wire) -> Margin:
+def margin(coupled: LinearSystem, wire: Wire) -> Margin:
     """Return the margins of one connection of a stable system in which every FMU steps each tick."""
     opened = coupled.opened(wire, cut=True)
     angles = _angles(opened)
@@ -76,7 +76,7 @@ def margin(coupled: Coupled, wire: Wire) -> Margin:
     )
 
 
-def transfer(opened: Opened, z: Complexes) -> Complexes:
+def transfer(opened: OpenedLoop, z: Complexes) -> Complexes:
     """Loop transfer L(z)."""
     n = len(opened.M)
     sides = np.broadcast_to(opened.N, (len(z), n, 1))
@@ -85,7 +85,7 @@ def transfer(opened: Opened, z: Complexes) -> Complexes:
     return found
 
 
-def _angles(opened: Opened) -> Floats:
+def _angles(opened: OpenedLoop) -> Floats:
     """Grid of w h, fine near the poles of the open and the closed loop."""
     closed = opened.M + opened.N @ opened.P / (1.0 - opened.Q[0, 0])
     z = np.concatenate([np.linalg.eigvals(opened.M), np.linalg.eigvals(closed)])
@@ -95,7 +95,7 @@ def _angles(opened: Opened) -> Floats:
     return np.unique(angles[(angles >= _LOWEST) & (angles <= math.pi)])
 
 
-def _delay(opened: Opened, angles: Floats, response: Complexes) -> tuple[float | None, float | None]:
+def _delay(opened: OpenedLoop, angles: Floats, response: Complexes) -> tuple[float | None, float | None]:
     """Least delay in steps, and its angle."""
 
     def excess(angle: float) -> float:
@@ -109,7 +109,7 @@ def _phase(value: complex) -> float:
     return math.atan2(value.imag, value.real) % (2.0 * math.pi)
 
 
-def _gains(opened: Opened, angles: Floats, response: Complexes) -> list[float]:
+def _gains(opened: OpenedLoop, angles: Floats, response: Complexes) -> list[float]:
     crossings = _roots(lambda a: _at(opened, a).imag, angles, response.imag)
     values = [_at(opened, a) for a in crossings]
     values += [complex(v) for v in (response[-1],) if abs(v.imag) < 1e-9 * abs(v)]
@@ -117,7 +117,7 @@ def _gains(opened: Opened, angles: Floats, response: Complexes) -> list[float]:
     return [1.0 / value for value in real]
 
 
-def _at(opened: Opened, angle: float) -> complex:
+def _at(opened: OpenedLoop, angle: float) -> complex:
     return complex(transfer(opened, np.exp(1j * np.array([angle])))[0])
 
 

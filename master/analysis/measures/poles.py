@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eig, eigvals
 
-from master.analysis.closed_loop.tick_matrix import Coupled
+from master.analysis.closed_loop.tick_matrix import LinearSystem
 from master.analysis.state_space import StateSpace
+from master.text.signal_name import SignalName
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
@@ -64,7 +65,7 @@ class Pole:
         return 1e-9 < abs(cmath.phase(self.z)) < math.pi - 1e-9
 
 
-def poles(coupled: Coupled, signal: str | None = None, duration: float = 10.0) -> list[Pole]:
+def poles(coupled: LinearSystem, signal: str | None = None, duration: float = 10.0) -> list[Pole]:
     """Return one pole for each conjugate pair, slowest decay first; `duration` [s] is for the weights."""
     modes = _modes(coupled.matrix())
     z = modes.z
@@ -101,9 +102,9 @@ def _participation(owners: Sequence[str], left: Complexes, right: Complexes) -> 
     return tuple((name, value) for name, value in ranked if value > _SHOWN_SHARE)
 
 
-def _weights(coupled: Coupled, signal: str | None, modes: _Modes, duration: float) -> list[float]:
+def _weights(coupled: LinearSystem, signal: str | None, modes: _Modes, duration: float) -> list[float]:
     z, left, right = modes
-    instance = "" if signal is None else signal.partition(".")[0]
+    instance = "" if signal is None else SignalName(signal).instance
     pushed = [w for w in coupled.wires if w.target.instance == instance]
     if signal is None or not pushed or coupled.period != 1:
         return [0.0] * len(z)
@@ -145,7 +146,7 @@ class Fastest(NamedTuple):
     zeta: float
 
 
-def fastest(coupled: Coupled) -> Fastest:
+def fastest(coupled: LinearSystem) -> Fastest:
     """Find the pole that grows fastest."""
     z = np.linalg.eigvals(coupled.matrix())
     moduli = np.abs(z)
@@ -156,6 +157,6 @@ def fastest(coupled: Coupled) -> Fastest:
     return Fastest(math.log(max(float(moduli[place]), 1e-300)) / period, Pole(complex(z[place]), period).zeta)
 
 
-def growth_rate(coupled: Coupled) -> float:
+def growth_rate(coupled: LinearSystem) -> float:
     """Largest growth of any pole [1/s]; above 0 the system is unstable."""
     return fastest(coupled).growth

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from scipy.linalg import eig
 
-from master.analysis.closed_loop.tick_matrix import Coupled
+from master.analysis.closed_loop.tick_matrix import LinearSystem
 from master.system.graph import Wire
 
 from .poles import SMALLEST_MODULUS, Pole
@@ -15,7 +15,7 @@ from .poles import SMALLEST_MODULUS, Pole
 _LARGEST_MODULUS = 1e3
 
 
-def zeros(coupled: Coupled, wire: Wire, signal: str) -> list[Pole]:
+def zeros(coupled: LinearSystem, wire: Wire, signal: str) -> list[Pole]:
     """Return the finite z at which a push on top of the wire's value does not reach the signal."""
     opened = coupled.opened(wire, cut=False)
     n = len(opened.M)

@@ -6,14 +6,14 @@ import json
 from pathlib import Path
 from typing import Any
 
-from fmu_sources.export import build
 from master.diagnosis.answer.report.page import page
 from master.diagnosis.answer.report.panels import panels
-from master.diagnosis.case.case import load_case
+from master.diagnosis.case.case import read_case
 from master.diagnosis.judge.diagnose import Diagnosis, diagnose
 from master.diagnosis.search.study import Progress
 from master.experiment.prepare import prepare
 from master.fmi.description import read_description
+from master.recording.whole_file import write_whole
 
 from .before_after import sealed
 from .corrected_fmus import Corrected, correct
@@ -27,7 +27,7 @@ def answer(path: Path, folder: Path, progress: Progress) -> dict[str, Any]:
     Raises:
         ConfigError: If the case or what it names is wrong.
     """
-    diagnosis = diagnose(load_case(path), progress)
+    diagnosis = diagnose(read_case(path), progress)
     try:
         progress("models with effects are written")
         corrected = correct(diagnosis, folder)
@@ -41,8 +41,8 @@ def answer(path: Path, folder: Path, progress: Progress) -> dict[str, Any]:
         units = _units(diagnosis, corrected)
     finally:
         diagnosis.close()
-    build.write(folder / "report.json", (json.dumps(report, indent=2, allow_nan=False) + "\n").encode())
-    build.write(folder / "report.html", page(report, drawn, units).encode())
+    write_whole(folder / "report.json", json.dumps(report, indent=2, allow_nan=False) + "\n")
+    write_whole(folder / "report.html", page(report, drawn, units))
     return report
 
 

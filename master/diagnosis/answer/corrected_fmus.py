@@ -9,13 +9,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import yaml
-
-from fmu_sources.export import build
 from master import catalogue
 from master.diagnosis.case.cut import CutSystem
 from master.diagnosis.judge.diagnose import Diagnosis
 from master.diagnosis.replay.candidate_models import source_with
+from master.recording.whole_file import write_whole
+from master.text.signal_name import SignalName
+from master.text.yaml_lines import write_yaml
 
 HEAD = "# {name} with what the recording asks for; written by `dockloop diagnose`.\n"
 
@@ -48,8 +48,8 @@ def correct(diagnosis: Diagnosis, folder: Path) -> Corrected:
                 native[fmu] = path
     path = folder / f"{diagnosis.loaded.case.name}_corrected.yaml"
     text = HEAD.format(name=diagnosis.loaded.case.name)
-    text += yaml.safe_dump(_document(diagnosis, sources, folder), sort_keys=False, default_flow_style=None)
-    build.write(path, text.encode())
+    text += write_yaml(_document(diagnosis, sources, folder))
+    write_whole(path, text)
     return Corrected(native, (*files, path), path)
 
 
@@ -60,8 +60,8 @@ def corrected_values(diagnosis: Diagnosis) -> dict[str, dict[str, float]]:
         if not part.has_effect and not part.parameter_gain:
             continue
         for key, value in (dict(part.chosen.fixed) | dict(part.fit.values)).items():
-            fmu, _, name = key.partition(".")
-            found.setdefault(fmu, {})[name] = float(value)
+            name = SignalName(key)
+            found.setdefault(name.instance, {})[name.variable] = float(value)
     return found
 
 
@@ -76,7 +76,7 @@ def _sources(diagnosis: Diagnosis) -> dict[str, str]:
 def _document(diagnosis: Diagnosis, sources: Mapping[str, str], folder: Path) -> dict[str, Any]:
     """The description of the system with other sources and parameters."""
     system, case = diagnosis.system, diagnosis.loaded.case
-    data = system.config.model_dump(by_alias=True, exclude_defaults=True, mode="json")
+    data = system.config.model_dump(by_alias=True, exclude_defaults=True)
     overrides: Mapping[str, Any] = {} if case.variant is None else system.config.variants[case.variant]
     values = corrected_values(diagnosis)
     for fmu, entry in data["fmus"].items():

@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from fmu_sources.effects.catalogue import listed
+from fmu_sources.effects.catalogue import effect, listed
+from fmu_sources.effects.framework.experiment import Experiment
 from master.diagnosis.judge.diagnose import Diagnosis
 from master.diagnosis.judge.part_result import PartResult
 from master.diagnosis.search.families import Ranked
@@ -38,7 +39,7 @@ def verdict(diagnosis: Diagnosis) -> str:
 def sentence(diagnosis: Diagnosis) -> str:
     """The verdict for people."""
     main, kind = diagnosis.main, verdict(diagnosis)
-    names = " and ".join(str(a) for a in main.chosen.added if "learned_" not in a.effect)
+    names = " and ".join(str(a) for a in main.chosen.added if a.effect in listed())
     texts = {
         TRACED: f"Traced: {names}.",
         PARTLY: f"Partly traced: {names}; an undeclared remainder is left.",
@@ -93,28 +94,10 @@ def subsystem(diagnosis: Diagnosis) -> str | None:
 
 def experiment(family: tuple[str, ...]) -> str:
     """What to record to tell the members of a family apart."""
-    laws = {name.rpartition(": ")[2] for member in family for name in member.split(AND)}
-    for members, text in EXPERIMENTS:
-        if laws <= members:
-            return text
-    return "Record another amplitude (three times and a third) and another speed of the same motion."
-
-
-FRICTION = {"coulomb", "stribeck", "asymmetric_friction", "dahl", "presliding", "load_friction", "bouc_wen"}
-LAG = {"extra_lag", "extra_delay", "end_effector_inertia", "mount_resonance", "gain_error", "rate_saturation"}
-EXPERIMENTS: tuple[tuple[set[str], str], ...] = (
-    (
-        {"asymmetric_friction", "coulomb", "offset"},
-        "Record at rest and at several speeds of both directions: an offset stays where nothing moves.",
-    ),
-    ({"offset", "drift"}, "Record at rest for longer, at the start and at the end."),
-    (FRICTION, "Record slow reversals at several amplitudes, below and above the way of presliding."),
-    (
-        {"cubic_stiffness", "quadratic_stiffness", "end_stop", "clearance", "slack"},
-        "Record slow motion over the whole range of the position, to both sides.",
-    ),
-    (LAG, "Record a chirp up to some 20 Hz, and check the sensor with a known mass or a second sensor."),
-)
+    names = {name.rpartition(": ")[2] for member in family for name in member.split(AND)}
+    laws = [effect(name) for name in names]
+    fitting = (e for e in Experiment if all(e in law.shown_by for law in laws))
+    return next(fitting, Experiment.OTHER_AMPLITUDE).value
 
 
 def _is_unexplained(part: PartResult) -> bool:

@@ -4,14 +4,31 @@ from __future__ import annotations
 
 import os
 import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field, ValidationError, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
-from master.errors import ConfigError, expected
-from master.system.config import FmuEntry, LoadedConfig, Part, Signal
-from master.text.yaml_lines import Document, read_yaml
+from master.errors import ConfigError, Problem, nearest
+from master.system.config import FmuEntry
+from master.text.fields import (
+    Boolean,
+    Finite,
+    GivenValue,
+    InstanceName,
+    Integer,
+    Name,
+    OrEmpty,
+    Positive,
+    Seconds,
+    Section,
+    SignalKey,
+)
+from master.text.scalar import integer_of
+from master.text.validation import validate
+from master.text.yaml_lines import Document, Place, read_yaml
 
 from .split import PARTS
 
@@ -20,17 +37,17 @@ PROJECT = Path(__file__).parents[3]
 _VARIABLE = re.compile(r"\$\{(\w+)\}")
 
 
-class RecordingEntry(Part):
+class RecordingEntry(Section):
     """A file, or some rows of it."""
 
-    file: str
+    file: str = Field(examples=["run.csv"])
     array: str | None = None
-    rows: tuple[Annotated[int, Field(ge=0)], int] | None = None
+    rows: tuple[Annotated[Integer, Field(ge=0)], Integer] | None = None
 
     @model_validator(mode="after")
     def _ordered(self) -> RecordingEntry:
         if self.rows is not None and self.rows[1] <= self.rows[0]:
-            raise ValueError(f"rows: got {list(self.rows)}, expected [first, end] with first below end")
+            raise ValueError(f"rows, got {list(self.rows)}, expected [first, end] with first below end")
         return self
 
 
@@ -42,33 +59,41 @@ def _names_of_effects(value: Any) -> Any:
     return [value] if isinstance(value, str) and value != "all" else value
 
 
-class TimeEntry(Part):
+class TimeEntry(Section):
     """The column of the time, or the period [s] of a recording without one."""
 
     column: str | None = None
     unit: str = "s"
-    offset: float = 0.0
-    period: Annotated[float, Field(gt=0.0)] | None = None
-    jitter: Annotated[float, Field(gt=0.0)] = 0.05
+    offset: Finite = 0.0
+    period: Seconds | None = None
+    jitter: Positive = 0.05
 
     @model_validator(mode="after")
     def _one(self) -> TimeEntry:
         if self.column is None and self.period is None:
-            raise ValueError("expected a column or a period")
+            raise ValueError("no times, expected a column or a period")
         return self
 
 
-class SignalEntry(Part):
+def _integer(value: Any) -> Any:
+    """Take an integer for what it is; what is none is left to the choice of -1 and 1."""
+    try:
+        return integer_of(value)
+    except ValueError:
+        return value
+
+
+class SignalEntry(Section):
     """A column as a signal: sign * scale * column in `unit`; or the rate of another signal."""
 
     column: str | None = None
     unit: str = "1"
-    scale: float = 1.0
-    sign: Literal[-1, 1] = 1
-    offset: float = 0.0
+    scale: Finite = 1.0
+    sign: Annotated[Literal[-1, 1], BeforeValidator(_integer)] = 1
+    offset: Finite = 0.0
     minus: str | None = None
-    remove_mean: bool = False
-    lowpass: Annotated[float, Field(gt=0.0)] | None = None
+    remove_mean: Boolean = False
+    lowpass: Positive | None = None
     rate_of: str | None = None
 
     @model_validator(mode="after")
@@ -76,7 +101,7 @@ class SignalEntry(Part):
         if (self.column is None) == (self.rate_of is None):
             raise ValueError("a signal has either 'column' or 'rate_of'")
         if self.scale == 0.0:
-            raise ValueError("scale: got 0, expected another number")
+            raise ValueError("scale, got 0, expected another number")
         return self
 
 
@@ -84,19 +109,19 @@ def _input(value: Any) -> Any:
     return {"signal": value} if isinstance(value, str) else value
 
 
-class InputEntry(Part):
+class InputEntry(Section):
     """Measured signal that drives an FMU; `at`: the row at the start or at the end of the step."""
 
-    signal: str
+    signal: str = Field(examples=["force"])
     at: Literal["start", "end"] | None = None
 
 
-class RefitEntry(Part):
+class RefitEntry(Section):
     """Bounds of a parameter that may be wrong; `spread` is the deviation of a prior around its value."""
 
-    low: float
-    high: float
-    spread: Annotated[float, Field(gt=0.0)] | None = None
+    low: Finite = Field(examples=[500.0])
+    high: Finite = Field(examples=[2000.0])
+    spread: Positive | None = None
 
     @model_validator(mode="after")
     def _ordered(self) -> RefitEntry:
@@ -105,14 +130,14 @@ class RefitEntry(Part):
         return self
 
 
-class SplitEntry(Part):
+class SplitEntry(Section):
     """Use of blocks in time order, or of whole recordings; `sealed` recordings beside blocks."""
 
     blocks: list[str] | None = None
-    guard: Annotated[float, Field(ge=0.0)] = 0.2
-    fit: list[str] = Field([])
-    select: list[str] = Field([])
-    sealed: list[str] = Field([])
+    guard: Annotated[Finite, Field(ge=0.0)] = 0.2
+    fit: list[str] = []
+    select: list[str] = []
+    sealed: list[str] = []
 
     @model_validator(mode="after")
     def _complete(self) -> SplitEntry:
@@ -120,47 +145,63 @@ class SplitEntry(Part):
             missing = [part for part in PARTS if not getattr(self, part)]
             if missing:
                 raise ValueError(
-                    f"expected blocks, or recordings for fit, select and sealed, got no {missing[0]}"
+                    f"incomplete, got no {missing[0]}, "
+                    "expected blocks, or recordings for fit, select and sealed"
                 )
             return self
         wrong = sorted({b for b in self.blocks if b not in PARTS})
         missing = [p for p in PARTS if p not in self.blocks and not (p == "sealed" and self.sealed)]
         if wrong or missing:
-            raise ValueError(f"blocks: got {wrong or 'no ' + missing[0]}, expected fit, select and sealed")
+            raise ValueError(f"blocks, got {wrong or 'no ' + missing[0]}, expected fit, select and sealed")
         return self
 
 
-class ReplayEntry(Part):
+class ReplayEntry(Section):
     """How recordings are replayed."""
 
-    oversample: Annotated[int, Field(ge=1, le=20)] = 1
-    settle: Annotated[float, Field(ge=0.0)] = 0.0
-    windows: dict[str, Annotated[float, Field(gt=0.0)]] = Field({})
-    cut: Annotated[int, Field(ge=0)] = 0
-    decimate: Annotated[int, Field(ge=1, le=13)] = 1
+    oversample: Annotated[Integer, Field(ge=1, le=20)] = 1
+    settle: Annotated[Finite, Field(ge=0.0)] = 0.0
+    windows: Annotated[dict[str, Positive], OrEmpty] = {}
+    cut: Annotated[Integer, Field(ge=0)] = 0
+    decimate: Annotated[Integer, Field(ge=1, le=13)] = 1
 
 
-class Case(Part):
+_EXAMPLE_OF_SIGNALS = {"force": {"column": "F", "unit": "N"}}
+
+
+class Case(Section):
     """A whole case."""
 
-    name: str
+    name: Name = Field(examples=["my_case"])
     description: str = ""
     system: str | None = None
     variant: str | None = None
-    fmus: dict[str, FmuEntry] = Field({})
+    fmus: Annotated[dict[InstanceName, FmuEntry], OrEmpty] = {}
     recordings: Annotated[
-        dict[str, Annotated[RecordingEntry, BeforeValidator(_recording)]], Field(min_length=1)
+        dict[str, Annotated[RecordingEntry, BeforeValidator(_recording)]],
+        Field(min_length=1, examples=[{"run": "run.csv"}]),
     ]
-    time: TimeEntry
-    signals: Annotated[dict[str, SignalEntry], Field(min_length=1)]
-    inputs: Annotated[dict[Signal, Annotated[InputEntry, BeforeValidator(_input)]], Field(min_length=1)]
-    compared: Annotated[dict[Signal, str], Field(min_length=1)]
-    refit: dict[Signal, RefitEntry] = Field({})
-    set: dict[Signal, float | int | str | bool] = Field({})
-    starts: dict[Signal, tuple[float, float]] = Field({})
-    slots: dict[Signal, Annotated[Literal["all"] | list[str], BeforeValidator(_names_of_effects)]] = Field({})
-    split: SplitEntry
-    replay: ReplayEntry = ReplayEntry.model_validate({})
+    time: TimeEntry = Field(examples=[{"column": "t", "unit": "s"}])
+    signals: Annotated[dict[str, SignalEntry], Field(min_length=1, examples=[_EXAMPLE_OF_SIGNALS])]
+    inputs: Annotated[
+        dict[SignalKey, Annotated[InputEntry, BeforeValidator(_input)]],
+        Field(min_length=1, examples=[{"spacecraft.f": "force"}]),
+    ]
+    compared: Annotated[
+        dict[SignalKey, str], Field(min_length=1, examples=[{"spacecraft.s_des": "position"}])
+    ]
+    refit: Annotated[dict[SignalKey, RefitEntry], OrEmpty] = {}
+    set: Annotated[dict[SignalKey, GivenValue], OrEmpty] = {}
+    starts: Annotated[dict[SignalKey, tuple[Finite, Finite]], OrEmpty] = {}
+    slots: Annotated[
+        dict[SignalKey, Annotated[Literal["all"] | list[str], BeforeValidator(_names_of_effects)]], OrEmpty
+    ] = {}
+    split: SplitEntry = Field(examples=[{"blocks": ["fit", "select", "sealed"]}])
+    replay: ReplayEntry = ReplayEntry()
+
+    @classmethod
+    def stand_in(cls, key: str, data: Mapping[str, Any]) -> Any:
+        return {"name": "case", "time": {"period": 1.0}}.get(key)
 
     @model_validator(mode="after")
     def _one_system(self) -> Case:
@@ -169,13 +210,17 @@ class Case(Part):
         return self
 
 
-class LoadedCase(Part):
-    """A case with the file it came from."""
+@dataclass(frozen=True)
+class LoadedCase:
+    """
+    A case with the file it came from.
 
-    model_config = LoadedConfig.model_config
+    `problems` are faults of the file; with any of them, `case` is what is left without them.
+    """
 
     case: Case
     document: Document
+    problems: list[Problem] = field(default_factory=list)
 
     def where(self, *place: str | int) -> str:
         """Name a place in the file."""
@@ -192,6 +237,21 @@ def filled(text: str) -> str:
     return _VARIABLE.sub(lambda m: os.environ.get(m[1], default.get(m[1], m[0])), text)
 
 
+def read_case(path: Path) -> LoadedCase:
+    """
+    Read a case as far as it is right; what is wrong is in `problems`.
+
+    Raises:
+        ConfigError: If too little is right to check the rest.
+    """
+    found = validate(Case, read_yaml(path), "case")
+    if found.model is None:
+        raise ConfigError(found.problems)
+    loaded = LoadedCase(found.model, found.document, found.problems)
+    loaded.problems.extend(_names(loaded))
+    return loaded
+
+
 def load_case(path: Path) -> LoadedCase:
     """
     Read a case and check what can be checked without the system.
@@ -199,76 +259,55 @@ def load_case(path: Path) -> LoadedCase:
     Raises:
         ConfigError: With every fault of the file.
     """
-    document = read_yaml(path)
-    if not isinstance(document.data, dict):
-        got = type(document.data).__name__
-        raise ConfigError(
-            [f"{path}:1: file: not a case, got {got}, expected a mapping with system, recordings, ..."]
-        )
-    try:
-        loaded = LoadedCase(case=Case.model_validate(document.data), document=document)
-    except ValidationError as error:
-        raise ConfigError(_problems(document, error)) from None
-    problems = _names(loaded)
-    if problems:
-        raise ConfigError(problems)
+    loaded = read_case(path)
+    if loaded.problems:
+        raise ConfigError(loaded.problems)
     return loaded
 
 
-def _problems(document: Document, error: ValidationError) -> list[str]:
-    found: dict[str, None] = {}
-    for fault in error.errors():
-        place = tuple(k for k in fault["loc"] if k not in ("all", "list[str]", "literal['all']"))
-        found.setdefault(f"{document.where(place)}: {_text(fault)}")
-    return list(found)
-
-
-def _text(fault: Any) -> str:
-    if fault["type"] == "missing":
-        return "missing, expected a value"
-    if fault["type"] == "extra_forbidden":
-        known = Case.model_fields if len(fault["loc"]) == 1 else ()
-        return f"unknown key, {expected(str(fault['loc'][-1]), known)}" if known else "unknown key, got one"
-    message, got = str(fault["msg"]).removeprefix("Value error, "), fault.get("input")
-    if isinstance(got, str | int | float | bool | None):
-        return f"{message[0].lower() + message[1:]}, got {got!r}"
-    return message
-
-
-def _names(loaded: LoadedCase) -> list[str]:
+def _names(loaded: LoadedCase) -> list[Problem]:
     """Faults of names that must exist in the case itself."""
-    case, where = loaded.case, loaded.where
-    uses = [(where("inputs", key), e.signal) for key, e in case.inputs.items()]
-    uses += [(where("compared", key), name) for key, name in case.compared.items()]
+    case = loaded.case
+    known = loaded.document.names_in("signals")
+    recordings = loaded.document.names_in("recordings")
+    uses: list[tuple[Place, str]] = [(("inputs", key), e.signal) for key, e in case.inputs.items()]
+    uses += [(("compared", key), name) for key, name in case.compared.items()]
     for name, s in case.signals.items():
-        uses += [(where("signals", name, k), v) for k, v in (("minus", s.minus), ("rate_of", s.rate_of)) if v]
+        uses += [(("signals", name, k), v) for k, v in (("minus", s.minus), ("rate_of", s.rate_of)) if v]
     problems = [
-        f"{place}: no such signal, got {name!r}, {expected(name, case.signals)}"
+        Problem("no such signal", where=loaded.where(*place), got=repr(name), expected=nearest(name, known))
         for place, name in uses
-        if name not in case.signals
+        if name not in known
     ]
-    for part in PARTS:
-        problems += [
-            f"{where('split', part, i)}: no such recording, got {name!r}, {expected(name, case.recordings)}"
-            for i, name in enumerate(getattr(case.split, part))
-            if name not in case.recordings
-        ]
+    problems += [
+        Problem(
+            "no such recording",
+            where=loaded.where("split", part, i),
+            got=repr(name),
+            expected=nearest(name, recordings),
+        )
+        for part in PARTS
+        for i, name in enumerate(getattr(case.split, part))
+        if name not in recordings
+    ]
     return problems + _uses(loaded)
 
 
-def _uses(loaded: LoadedCase) -> list[str]:
+def _uses(loaded: LoadedCase) -> list[Problem]:
     """Recordings that are used twice, not at all, or all sealed."""
     split, names = loaded.case.split, loaded.case.recordings
     used = [name for part in PARTS for name in getattr(split, part)]
     place = loaded.where("split")
     problems = [
-        f"{place}: {name!r} stands {used.count(name)} times, expected once"
+        Problem(f"{name!r} is used {used.count(name)} times", where=place, expected="once")
         for name in dict.fromkeys(used)
         if used.count(name) > 1
     ]
     if split.blocks is None:
         idle = [name for name in names if name not in used]
-        problems += [f"{place}: {name!r} is used for nothing, expected a part for it" for name in idle]
+        problems += [
+            Problem(f"{name!r} is used for nothing", where=place, expected="a part for it") for name in idle
+        ]
     elif set(names) <= set(split.sealed):
-        problems.append(f"{place}: all recordings are sealed, expected one to cut into blocks")
+        problems.append(Problem("all recordings are sealed", where=place, expected="one to cut into blocks"))
     return problems

@@ -19,8 +19,9 @@ from master.coupling.schedule import make_schedule
 from master.errors import ConfigError, expected
 from master.fmi.description import Description, read_description
 from master.fmi.values import parse
-from master.system.config import Config, LoadedConfig, load_config
-from master.system.graph import System, build_system
+from master.system.config import UNKNOWN_SOURCE, Config, LoadedConfig, read_config
+from master.system.graph import System, join
+from master.text.signal_name import SignalName
 
 from .case import LoadedCase
 from .faults import faults
@@ -74,15 +75,15 @@ def cut(loaded: LoadedCase, progress: catalogue.Progress = catalogue.silent) -> 
         ConfigError: With every fault: of the system, or of the names that the case uses in it.
     """
     config = _config(loaded)
-    system, sources = _system(config, loaded, progress)
-    schedule = make_schedule(system, config.config.coupling.order, config.where("coupling", "order"))
-    problems = faults(loaded, system, sources)
+    system, sources, problems = _system(config, loaded, progress)
+    problems += faults(loaded, system, sources)
     if problems:
         raise ConfigError(problems)
-    order = [name for group in schedule.groups for name in group]
+    schedule = make_schedule(system, config.config.coupling.order, config.where("coupling", "order"))
+    order = schedule.order
     values: Values = {name: dict(i.start) for name, i in system.instances.items()}
     for signal, value in loaded.case.set.items():
-        name, _, variable = signal.partition(".")
+        name, variable = SignalName(signal).parts
         values[name][variable] = parse(system.port(signal).variable, value)
     case = loaded.case
     return CutSystem(
@@ -99,38 +100,46 @@ def cut(loaded: LoadedCase, progress: catalogue.Progress = catalogue.silent) -> 
 def _config(loaded: LoadedCase) -> LoadedConfig:
     case = loaded.case
     if case.system is not None:
-        return load_config(loaded.document.path.parent / case.system)
-    fmus = {name: entry.model_dump() for name, entry in case.fmus.items()}
-    config = Config.model_validate({"name": case.name, "stop_time": 1.0, "fmus": fmus})
+        return read_config(loaded.document.path.parent / case.system)
+    config = Config.model_validate({"name": case.name, "stop_time": 1.0, "fmus": case.fmus})
     return LoadedConfig(config=config, document=loaded.document)
 
 
 def _system(
     config: LoadedConfig, loaded: LoadedCase, progress: catalogue.Progress
-) -> tuple[System, dict[str, str]]:
-    problems: list[str] = []
+) -> tuple[System, dict[str, str], list[str]]:
+    """Join the system as far as it is right: the system, the source of each FMU, and all faults."""
+    problems: list[str] = list(config.problems)
     targets = {}
     entries = config.config.fmus
     for name, entry in entries.items():
+        if entry.source == UNKNOWN_SOURCE:
+            continue
         try:
             targets[name] = catalogue.locate(entry.source, config.folder, "native")
         except ConfigError as error:
-            problems += [f"{config.where('fmus', name, 'source')}: {p}" for p in error.problems]
-    if problems:
-        raise ConfigError(problems)
-    files = catalogue.files(targets, progress)
-    descriptions = {name: read_description(file) for name, file in files.items()}
+            problems += [p.at(config.where("fmus", name, "source")) for p in error.problems]
+    if problems:  # nothing is built for a system that is refused
+        targets = {name: t for name, t in targets.items() if catalogue.is_ready(t)}
+    descriptions: dict[str, Description | None] = dict.fromkeys(config.document.names_in("fmus"))
+    descriptions |= dict.fromkeys(entries)
+    for name, file in catalogue.files(targets, progress).items():
+        try:
+            descriptions[name] = read_description(file)
+        except ConfigError as error:
+            problems += [p.at(config.where("fmus", name, "source")) for p in error.problems]
     overrides = {}
     variant = loaded.case.variant
-    if variant is not None:
-        if variant not in config.config.variants:
-            hint = expected(variant, config.config.variants)
-            raise ConfigError([f"{loaded.where('variant')}: no such variant, got {variant!r}, {hint}"])
-        for fmu, given in config.config.variants[variant].items():
-            for key, value in given.items():
-                overrides[f"{fmu}.{key}"] = (config.where("variants", variant, fmu, key), value)
-    sources = {name: entry.source for name, entry in entries.items()}
-    return build_system(config, descriptions, overrides), sources
+    variants = config.config.variants
+    if variant is not None and variant not in variants:
+        hint = expected(variant, variants)
+        problems.append(f"{loaded.where('variant')}: no such variant, got {variant!r}, {hint}")
+    for fmu, given in variants.get(variant or "", {}).items():
+        for key, value in given.items():
+            overrides[f"{fmu}.{key}"] = (config.where("variants", variant or "", fmu, key), value)
+    sources = {name: entry.source for name, entry in entries.items() if name in targets}
+    system, faults_of_system = join(config, descriptions, overrides)
+    return system, sources, problems + faults_of_system
 
 
 def _parts(loaded: LoadedCase, system: System, order: list[str]) -> tuple[Part, ...]:
@@ -150,25 +159,33 @@ def _parts(loaded: LoadedCase, system: System, order: list[str]) -> tuple[Part, 
             name: {w.target.variable.name: w.source.name for w in wires if w.target.instance == name}
             for name in members
         }
-        compared = {k: s for k, s in case.compared.items() if k.partition(".")[0] in members}
+        compared = {k: s for k, s in case.compared.items() if SignalName(k).instance in members}
         parts.append(Part(members, inputs, wired, compared))
     return tuple(parts)
 
 
 def _needed(compared: Mapping[str, str], wires: list[tuple[str, str]]) -> set[str]:
     """FMUs that act on something compared."""
-    needed = {key.partition(".")[0] for key in compared}
+    needed = {SignalName(key).instance for key in compared}
     for _ in wires:
         needed |= {source for source, target in wires if target in needed}
     return needed
 
 
 def _inputs(loaded: LoadedCase, system: System, name: str) -> Mapping[str, tuple[str, str]]:
-    """Measured inputs of an FMU: variable to signal and the row it is taken from."""
-    interpolates = "input_hold" in system.instances[name].description.by_name
+    """
+    Measured inputs of an FMU: variable to signal and the row it is taken from.
+
+    One that a compared output follows at once, or may follow as far as the FMU says, is that of the
+    output's row; so is one that the FMU interpolates to the end of the step.
+    """
+    description = system.instances[name].description
+    interpolates = "input_hold" in description.by_name
+    outputs = [key.partition(".")[2] for key in loaded.case.compared if key.partition(".")[0] == name]
     found: dict[str, tuple[str, str]] = {}
     for key, entry in loaded.case.inputs.items():
-        fmu, _, variable = key.partition(".")
+        fmu, variable = SignalName(key).parts
         if fmu == name:
-            found[variable] = (entry.signal, entry.at or ("end" if interpolates else "start"))
+            follows = any(description.hands_through(variable, output) for output in outputs)
+            found[variable] = (entry.signal, entry.at or ("end" if interpolates or follows else "start"))
     return found

@@ -10,11 +10,12 @@ from fmu_sources.effects import catalogue as effects
 from fmu_sources.effects.framework.roles import fits
 from fmu_sources.framework.model import Slot
 from master import catalogue
-from master.errors import expected
+from master.errors import expected, shown
 from master.fmi.description import Variable
 from master.fmi.unit_names import unit
 from master.fmi.values import parse
 from master.system.graph import Instance, System
+from master.text.signal_name import SignalName
 
 from .case import LoadedCase, RefitEntry
 
@@ -34,12 +35,24 @@ def faults(loaded: LoadedCase, system: System, sources: Mapping[str, str]) -> li
         system: Its system.
         sources: Source of each FMU: name of a model, or file.
     """
-    problems = [*_names(loaded, system), *_windows(loaded, system)]
     slots = {name: _slots(source) for name, source in sources.items()}
-    problems += [*_slot_faults(loaded, slots), *_start_faults(loaded, system, slots)]
-    if problems:
-        return problems
-    return [fault for check in (_kinds, _values, _units, _idle) for fault in check(loaded, system)]
+    return [
+        *_names(loaded, system),
+        *_windows(loaded, system),
+        *_slot_faults(loaded, system, slots),
+        *_start_faults(loaded, system, slots),
+        *_kinds(loaded, system),
+        *_values(loaded, system),
+        *_units(loaded, system),
+        *_idle(loaded, system),
+    ]
+
+
+def _variable(system: System, signal: str) -> Variable | None:
+    """Variable of a signal; None if there is none, or if its FMU could not be read."""
+    name = SignalName(signal)
+    instance = system.instances.get(name.instance)
+    return None if instance is None else instance.description.by_name.get(name.variable)
 
 
 def _names(loaded: LoadedCase, system: System) -> Iterator[str]:
@@ -52,20 +65,20 @@ def _names(loaded: LoadedCase, system: System) -> Iterator[str]:
         ("set", case.set),
     ):
         for signal in signals:
-            name, _, variable = signal.partition(".")
+            name, variable = SignalName(signal).instance, SignalName(signal).variable
             place = loaded.where(part, signal)
-            if name not in system.instances:
-                yield f"{place}: no such FMU, got {name!r}, {expected(name, system.instances)}"
-            elif variable not in system.instances[name].description.by_name:
+            if name not in system.descriptions:
+                yield f"{place}: no such FMU, got {name!r}, {expected(name, system.descriptions)}"
+            elif name in system.instances and _variable(system, signal) is None:
                 known = system.instances[name].description.by_name
                 yield f"{place}: no such variable, got {variable!r}, {expected(variable, known)}"
 
 
 def _windows(loaded: LoadedCase, system: System) -> Iterator[str]:
     for name in loaded.case.replay.windows:
-        if name not in system.instances:
+        if name not in system.descriptions:
             place = loaded.where("replay", "windows", name)
-            yield f"{place}: no such FMU, got {name!r}, {expected(name, system.instances)}"
+            yield f"{place}: no such FMU, got {name!r}, {expected(name, system.descriptions)}"
 
 
 def _slots(source: str) -> dict[str, Slot]:
@@ -73,12 +86,15 @@ def _slots(source: str) -> dict[str, Slot]:
     return {} if catalogue.is_path(source) else {s.name: s for s in all_slots(registry.load(source))}
 
 
-def _slot_faults(loaded: LoadedCase, slots: Mapping[str, Mapping[str, Slot]]) -> Iterator[str]:
+def _slot_faults(
+    loaded: LoadedCase, system: System, slots: Mapping[str, Mapping[str, Slot]]
+) -> Iterator[str]:
     for key, names in loaded.case.slots.items():
-        fmu, _, name = key.partition(".")
+        fmu, name = SignalName(key).instance, SignalName(key).variable
         place = loaded.where("slots", key)
         if fmu not in slots:
-            yield f"{place}: no such FMU, got {fmu!r}, {expected(fmu, slots)}"
+            if fmu not in system.descriptions:
+                yield f"{place}: no such FMU, got {fmu!r}, {expected(fmu, system.descriptions)}"
         elif name not in slots[fmu]:
             yield f"{place}: no such slot, got {name!r}, {expected(name, slots[fmu])}"
         elif names != "all":
@@ -99,17 +115,18 @@ def _start_faults(
 ) -> Iterator[str]:
     """Start values belong to variables of the system, or to states that an effect brings."""
     for key, (low, high) in loaded.case.starts.items():
-        fmu, _, name = key.partition(".")
+        fmu, name = SignalName(key).instance, SignalName(key).variable
         place = loaded.where("starts", key)
+        if not low < high:
+            yield f"{place}: low is not below high, got {low!r} and {high!r}, expected [low, high]"
         if fmu not in system.instances:
-            yield f"{place}: no such FMU, got {fmu!r}, {expected(fmu, system.instances)}"
+            if fmu not in system.descriptions:
+                yield f"{place}: no such FMU, got {fmu!r}, {expected(fmu, system.descriptions)}"
             continue
         known = [*system.instances[fmu].description.by_name]
         brought = [f"{slot}_{state}" for slot in slots[fmu] for state in _states()]
         if name not in known and name not in brought:
             yield f"{place}: no such variable, got {name!r}, {expected(name, [*brought, *known])}"
-        if not low < high:
-            yield f"{place}: low is not below high, got {low!r} and {high!r}, expected [low, high]"
 
 
 def _states() -> list[str]:
@@ -121,21 +138,26 @@ def _kinds(loaded: LoadedCase, system: System) -> Iterator[str]:
     """Variables of another kind than their place asks for."""
     for part, (what, causalities) in _KINDS.items():
         for signal in getattr(loaded.case, part):
-            found = system.port(signal).variable.causality
-            if found not in causalities:
-                yield f"{loaded.where(part, signal)}: not {what}, got {found} {signal}, expected {what}"
+            variable = _variable(system, signal)
+            if variable is not None and variable.causality not in causalities:
+                got = f"{variable.causality} {signal}"
+                yield f"{loaded.where(part, signal)}: not {what}, got {got}, expected {what}"
 
 
 def _values(loaded: LoadedCase, system: System) -> Iterator[str]:
     for signal, value in loaded.case.set.items():
+        variable = _variable(system, signal)
+        if variable is None:
+            continue
         try:
-            parse(system.port(signal).variable, value)
+            parse(variable, value)
         except ValueError as error:
-            yield f"{loaded.where('set', signal)}: value not allowed, got {value!r}, {error}"
+            yield f"{loaded.where('set', signal)}: value not allowed, got {shown(value)}, {error}"
     for signal, entry in loaded.case.refit.items():
-        name, _, variable = signal.partition(".")
-        instance = system.instances[name]
-        for fault in _bounds(entry, instance, instance.description.by_name[variable]):
+        variable = _variable(system, signal)
+        if variable is None:
+            continue
+        for fault in _bounds(entry, system.instances[SignalName(signal).instance], variable):
             yield f"{loaded.where('refit', signal)}: {fault}"
 
 
@@ -153,8 +175,9 @@ def _units(loaded: LoadedCase, system: System) -> Iterator[str]:
     """Signals with another unit than the FMU's variable; that of a rate is not declared."""
     measured = [(k, e.signal) for k, e in loaded.case.inputs.items()] + [*loaded.case.compared.items()]
     for key, signal in measured:
-        entry, variable = loaded.case.signals[signal], system.port(key).variable
-        if entry.rate_of is not None or variable.unit is None:
+        entry = loaded.case.signals.get(signal)
+        variable = _variable(system, key)
+        if entry is None or entry.rate_of is not None or variable is None or variable.unit is None:
             continue
         try:
             found = unit(entry.unit)
@@ -174,14 +197,29 @@ def _idle(loaded: LoadedCase, system: System) -> Iterator[str]:
     case = loaded.case
     if case.system is not None:
         return
-    replayed = {key.partition(".")[0] for key in (*case.inputs, *case.compared)}
-    driven = {*case.inputs, *case.set, *(w.target.name for w in system.wires)}
+    replayed = {SignalName(key).instance for key in (*case.inputs, *case.compared)} & set(system.instances)
+    driven = {
+        *loaded.document.names_in("inputs"),
+        *case.inputs,
+        *case.set,
+        *(w.target.name for w in system.wires),
+    }
+    driven |= {_primary(system, signal) for signal in driven}
     for name in sorted(replayed):
         instance = system.instances[name]
         for v in instance.description.variables:
             key = f"{name}.{v.name}"
-            if v.causality == "input" and key not in driven and v.name not in instance.start:
+            is_driven = key in driven or v.name in instance.start or v.alias_of is not None
+            if v.causality == "input" and not is_driven:
                 yield (
                     f"{loaded.where('inputs')}: {key} is not driven, expected a signal, or a value in `set` "
                     f"where none was measured"
                 )
+
+
+def _primary(system: System, signal: str) -> str:
+    """Name of the variable that stands for all that share a value with a signal; unknown ones as they are."""
+    try:
+        return system.primary(signal).name
+    except KeyError:
+        return signal

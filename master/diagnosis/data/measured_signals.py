@@ -12,6 +12,7 @@ from master.diagnosis.case.case import Case, LoadedCase, SignalEntry
 from master.diagnosis.case.cut import CutSystem, cut
 from master.diagnosis.numerics.arrays import Array
 from master.errors import ConfigError, DataError
+from master.text.signal_name import SignalName
 
 from .recordings import Column, Recording, Rules, read
 
@@ -25,19 +26,20 @@ def opened(
     Cut the system of a case and read its recordings.
 
     Raises:
-        ConfigError: With every fault of both.
+        ConfigError: With every fault of the case, of its system and of its recordings.
     """
-    problems: list[str] = []
+    problems: list[str] = list(loaded.problems)
     recordings: dict[str, Recording] = {}
-    try:
-        recordings = measured(loaded)
-    except ConfigError as error:
-        problems = error.problems
+    system: CutSystem | None = None
     try:
         system = cut(loaded, progress)
     except ConfigError as error:
-        raise ConfigError([*error.problems, *problems]) from None
-    if problems:
+        problems += error.problems
+    try:
+        recordings = measured(loaded)
+    except ConfigError as error:
+        problems += error.problems
+    if problems or system is None:
         raise ConfigError(problems)
     return system, recordings
 
@@ -55,6 +57,8 @@ def measured(loaded: LoadedCase) -> dict[str, Recording]:
         try:
             found[name] = _one(loaded, name)
         except DataError as error:
+            if loaded.problems and str(error).startswith("signals"):
+                continue  # made of a signal that is wrong itself
             where = loaded.where("recordings", name)
             problems += [f"{where}: {line}" for line in str(error).splitlines()]
     problems += _cut(loaded, found)
@@ -101,7 +105,7 @@ def _rates(case: Case, columns: Mapping[str, Column]) -> dict[str, str]:
     """Signals whose rate was recorded too: inputs of one FMU by names like q and der_q, s_act and v_act."""
     found = {}
     for key, entry in case.inputs.items():
-        fmu, _, name = key.partition(".")
+        fmu, name = SignalName(key).parts
         for rate in (f"der_{name}", "v_" + name.removeprefix("s_")):
             other = case.inputs.get(f"{fmu}.{rate}")
             if other is not None and {entry.signal, other.signal} <= set(columns):

@@ -121,7 +121,9 @@ def _clock(table: Table, rules: Rules) -> Column:
 
 
 def _signal(values: Array, c: Column) -> Array:
-    return np.asarray(c.sign * c.scale * unit(c.unit).factor * values - c.offset)
+    named = unit(c.unit)
+    scaled = c.sign * c.scale * named.factor * values
+    return np.asarray((scaled + named.offset if named.offset else scaled) - c.offset)
 
 
 def _missing(table: Table, wanted: Mapping[str, Column], where: str) -> list[str]:

@@ -20,11 +20,11 @@ from master.diagnosis.case.cut import CutSystem, Part
 from master.diagnosis.numerics.least_squares import Parameter
 from master.errors import ConfigError
 from master.fmi.description import read_description
+from master.text.signal_name import SignalName
 
 from .replayer import Link, Player
 
 ADVICE = "diagnosis builds models with effects, which needs pip install -e '.[native]'"
-SMALLEST_SHARE = 0.1
 LARGEST_SHARE = 1e4
 
 
@@ -68,7 +68,7 @@ def candidates(system: CutSystem, part: Part, wanted: Mapping[str, str | list[st
     """
     found = []
     for fmu in part.fmus:
-        named = {k.partition(".")[2]: v for k, v in wanted.items() if k.partition(".")[0] == fmu}
+        named = {SignalName(k).variable: v for k, v in wanted.items() if SignalName(k).instance == fmu}
         model, slots = system.model(fmu), system.slots(fmu)
         if not named and model is not None:
             named = {slot.name: "all" for slot in model.slots}
@@ -135,9 +135,9 @@ def links(system: CutSystem, part: Part, files: Mapping[str, Path]) -> list[Link
     found = []
     for fmu in part.fmus:
         description = read_description(files[fmu])
-        needed = [k.partition(".")[2] for k in part.compared if k.partition(".")[0] == fmu]
+        needed = [SignalName(k).variable for k in part.compared if SignalName(k).instance == fmu]
         sources = [s for wires in part.wired.values() for s in wires.values()]
-        needed += [s.partition(".")[2] for s in sources if s.partition(".")[0] == fmu]
+        needed += [SignalName(s).variable for s in sources if SignalName(s).instance == fmu]
         model = system.model(fmu)
         if model is not None:
             needed += [n for n in model.continuous.names if n in description.by_name]
@@ -165,7 +165,7 @@ def parameters(added: Added, sizes: Rms, start: Mapping[str, float] | None = Non
         size = scale.get(v.name, 1.0) or 1.0
         low = v.minimum if v.minimum is not None else -float("inf")
         if v.above is not None:
-            low = max(v.above, (SMALLEST_SHARE if v.name == "smoothing" else 1e-4) * size)
+            low = max(v.above, added.law.smallest_share(v.name) * size)
         high = v.maximum if v.maximum is not None else LARGEST_SHARE * size
         at = (start or {}).get(v.name, size)
         name = f"{added.fmu}.{added.prefix}_{v.name}"

@@ -16,8 +16,9 @@ from master.diagnosis.case.case import Case, ReplayEntry
 from master.diagnosis.case.cut import Part, Values
 from master.diagnosis.data.recordings import Recording
 from master.diagnosis.numerics.arrays import Array
+from master.text.signal_name import SignalName
 
-from .replayer import Player
+from .replayer import Player, ReplayFailure
 
 HEAD, N_GRID = 0.15, 15
 Bounds = Mapping[str, tuple[float, float]]
@@ -51,7 +52,7 @@ class Bench:
         windows = [w for fmu, w in self.options.windows.items() if fmu in part.fmus]
         self.is_windowed = bool(windows)
         self.segments = [s for r in recordings.values() for s in _segments(r, windows)]
-        self.starts: Bounds = {k: v for k, v in case.starts.items() if k.partition(".")[0] in part.fmus}
+        self.starts: Bounds = {k: v for k, v in case.starts.items() if SignalName(k).instance in part.fmus}
         self.raw = {n: self._measured(r) for n, r in recordings.items()}
         self.measured = self._joined({n: self.compared(v) for n, v in self.raw.items()})
         self.lengths = {n: len(self.compared(v[:, :1])) for n, v in self.raw.items()}
@@ -86,13 +87,24 @@ class Bench:
         """Start values that a fit can find: it sees one recording, without windows."""
         if self.is_windowed or len(self._fitted_segments()) != 1:
             return []
-        return [k for k in self.starts if k.partition(".")[2] in _variables(player, k)]
+        return [k for k in self.starts if SignalName(k).variable in _variables(player, k)]
 
     def estimated(self, player: Player, values: Values) -> dict[str, float]:
         """Estimate those start values on the first part of the recording."""
         places = [player.names.index(name) for name in self.outputs]
         found = self._with_starts(player, values, self._fitted_segments()[0], places)
-        return {k: float(found[k.partition(".")[0]][k.partition(".")[2]]) for k in self.starts_of(player)}
+        return {
+            k: float(found[SignalName(k).instance][SignalName(k).variable]) for k in self.starts_of(player)
+        }
+
+    def failure(self, player: Player, values: Values) -> ReplayFailure | None:
+        """Replay all again and say what is wrong with the first stretch that fails; None if none does."""
+        places = [player.names.index(name) for name in self.outputs]
+        for s in self.segments:
+            self._play(player, self._with_starts(player, values, s, places), s)
+            if player.failure is not None:
+                return player.failure
+        return None
 
     def record(self, player: Player, values: Values) -> dict[str, Array]:
         """Replay everything and give all signals that the player reads, by name, shape (samples,)."""
@@ -120,7 +132,7 @@ class Bench:
 
     def _with_starts(self, player: Player, values: Values, s: Segment, places: Sequence[int]) -> Values:
         """Values with the start values that are to be estimated and are not given."""
-        starts = [k for k in self.starts if k.partition(".")[2] in _variables(player, k)]
+        starts = [k for k in self.starts if SignalName(k).variable in _variables(player, k)]
         given = {f"{fmu}.{name}" for fmu, own in values.items() for name in own}
         is_given = s.recording in self.fitted and not self.is_windowed
         starts = [k for k in starts if not (is_given and k in given)]
@@ -193,7 +205,7 @@ class _Run:
     def with_starts(self, starts: Mapping[str, float]) -> Values:
         values = {name: dict(v) for name, v in self.values.items()}
         for key, value in starts.items():
-            name, _, variable = key.partition(".")
+            name, variable = SignalName(key).parts
             values[name][variable] = value
         return values
 
@@ -233,7 +245,7 @@ def _by_steps(run: _Run, names: Sequence[str], bounds: Bounds) -> Values:
 
 
 def _variables(player: Player, key: str) -> Mapping[str, object]:
-    name = key.partition(".")[0]
+    name = SignalName(key).instance
     return next((link.description.by_name for link in player.chain if link.name == name), {})
 
 

@@ -1,48 +1,31 @@
 """
 Replay at the speed of C: a chain of FMUs is stepped over arrays of measured inputs.
 
-The functions of the FMUs are called by address from one compiled loop, as in `master/stepping/loop.py`, but
-the inputs come from a table and the outputs go to one: a replay of 10 000 steps takes some 10 ms.
+A replay is a program like a run (`master/stepping/machine`) whose inputs come from a table of measured
+values; one of 10 000 steps takes some 10 ms.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from functools import cache
-from typing import Any, NamedTuple
+from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from master.coupling.methods.catalogue import method_of
+from master.coupling.schedule import Schedule
 from master.diagnosis.numerics.arrays import Array
 from master.errors import ConfigError, FmuError
 from master.fmi.description import Description, Kind, Variable
-from master.fmi.fmi2 import Fmi2Slave
-from master.fmi.native import calls
-from master.fmi.value_types import FLOAT64
-
-Integers = NDArray[np.int64]
-MEASURED, WIRED = 0, 1
-WARNING = 1
-COMPONENT, STEP, SET, GET, INPUTS, N_INPUTS, FIRST_INPUT = range(7)
-OUTPUTS, N_OUTPUTS, FIRST_OUTPUT, MOVE, END_MOVE = range(7, 12)
-TARGET, KIND, SOURCE = range(3)
-_REAL = (Kind.REAL, FLOAT64)
-
-
-class Layout(NamedTuple):
-    """
-    What the loop works on.
-
-    `fmus`: a row an FMU with the columns COMPONENT to END_MOVE. `moves`: [target, kind, source], the
-    source a column of the data (MEASURED) or a place in `table` (WIRED). `places`: what is read.
-    """
-
-    fmus: Integers
-    moves: Integers
-    places: Integers
-    table: Array
+from master.fmi.slave import Slave
+from master.fmi.units import conversion
+from master.stepping.compiler import build_program
+from master.stepping.failure import failure_of
+from master.stepping.initialisation import initialise, read_initial_values
+from master.stepping.machine.compiled import compiled
+from master.stepping.machine.interpreter import Execution, LimitMonitor, Stop, finite_only
+from master.stepping.simulate import FATAL, SlaveFactory, load
+from master.system.graph import Instance, Port, System, Wire
 
 
 @dataclass(frozen=True)
@@ -56,65 +39,54 @@ class Link:
     read: tuple[str, ...]
 
 
-class _Slave(Fmi2Slave):
-    def restart(self, start: Mapping[str, float | str], t0: float) -> None:
-        self._messages.clear()
-        self._call(self._fmu.reset)
-        self.enter_initialisation(start, t0)
+@dataclass(frozen=True)
+class ReplayFailure:
+    """
+    Why a replay ended early, or gave what is not finite.
 
+    `status` is the name of an FMI status, `row` the first row of the result that is missing or not finite.
+    """
 
-def _play(layout, data, out, grid, clock):  # type: ignore[no-untyped-def]  # compiled
-    table, moves = layout.table, layout.moves
-    first, n, every = grid
-    t0, h = clock
-    for j in range(n):
-        for i in range(len(layout.fmus)):
-            fmu = layout.fmus[i]
-            for q in range(fmu[MOVE], fmu[END_MOVE]):
-                if moves[q, KIND] == MEASURED:
-                    table[moves[q, TARGET]] = data[first + j + 1, moves[q, SOURCE]]
-                else:
-                    table[moves[q, TARGET]] = table[moves[q, SOURCE]]
-            at = table.ctypes.data
-            if fmu[N_INPUTS] > 0:
-                inputs = at + 8 * fmu[FIRST_INPUT]
-                calls.exchange(fmu[SET], fmu[COMPONENT], fmu[INPUTS], fmu[N_INPUTS], inputs)
-            if calls.do_step(fmu[STEP], fmu[COMPONENT], t0 + j * h, h) > WARNING:
-                return j
-            if fmu[N_OUTPUTS] > 0:
-                outputs = at + 8 * fmu[FIRST_OUTPUT]
-                calls.exchange(fmu[GET], fmu[COMPONENT], fmu[OUTPUTS], fmu[N_OUTPUTS], outputs)
-        if (j + 1) % every == 0:
-            for q in range(len(layout.places)):
-                out[(j + 1) // every, q] = table[layout.places[q]]
-    return n
+    instance: str
+    status: str
+    message: str
+    row: int
 
-
-@cache
-def _compiled() -> Any:
-    from numba import njit
-
-    return njit(cache=True)(_play)
+    def __str__(self) -> str:
+        return f"row {self.row}: {self.message}"
 
 
 class Player:
     """
     A chain of loaded FMUs; `names` are the signals that a replay gives, `instance.variable`.
 
+    `failure` says what was wrong with the latest replay, None if nothing was.
+
     Raises:
         FmuError: If one cannot be loaded.
+        ConfigError: If a chain reads or drives what is not a number, or its units do not fit.
     """
 
-    def __init__(self, chain: Sequence[Link]) -> None:
+    def __init__(self, chain: Sequence[Link], factory: SlaveFactory = load) -> None:
         self.chain = list(chain)
-        self.slaves: list[_Slave] = []
-        for link in chain:
-            if link.description.version != 2:
-                version = link.description.fmi_version
-                raise ConfigError([f"{link.name}: FMI version, got {version}, expected 2.0 for a replay"])
-            self.slaves.append(_Slave(link.name, link.description))
         self.names = [f"{link.name}.{variable}" for link in chain for variable in link.read]
-        self._lay_out()
+        self.failure: ReplayFailure | None = None
+        self._factory = factory
+        self._system = System(
+            {link.name: Instance(link.name, link.description, 1, {}) for link in chain},
+            tuple(wire for link in chain for wire in _wires(self.chain, link)),
+        )
+        self._read = {link.name: [_number(link, name) for name in link.read] for link in chain}
+        self._measured = {
+            f"{link.name}.{_number(link, name).name}": column
+            for link in chain
+            for name, column in link.measured.items()
+        }
+        self._schedule = Schedule.of(
+            [method_of(link.name) for link in chain], {link.name: 1 for link in chain}
+        )
+        self._slaves: dict[str, Slave] = {}
+        self._load()
 
     def play(
         self,
@@ -136,77 +108,102 @@ class Player:
         """
         first, n = segment
         out = np.full((n // every + 1, len(self.names)), np.nan)
+        self.failure = None
         try:
             self._initialise(values, data[first], first * step)
-        except FmuError:
+        except FmuError as error:
+            self._fail(error, 0)
             return out
-        out[0] = self.layout.table[self.layout.places]
-        _compiled()(self.layout, data, out, (first, n, every), (first * step, step))
+        memory = self._program.memory
+        out[0] = memory.values[self._monitor.record]
+        self._program.feed(data[first : first + n + 1])
+        rows = np.empty((n, len(self.names)))
+        self._monitor.first_beyond[:] = -1
+        ended = compiled()(self._program.memory, self._monitor, first * step, step, 0, n, rows)
+        complete = rows[every - 1 : ended.ticks : every]
+        out[1 : 1 + len(complete)] = complete
+        self._note(ended, first * step + ended.ticks * step, every)
         return out
-
-    def last_message(self) -> str:
-        """What the FMUs said last, empty if nothing."""
-        said = [slave.last_message() for slave in self.slaves]
-        return next((message for message in said if message), "")
 
     def close(self) -> None:
         """Unload the FMUs."""
-        for slave in self.slaves:
-            slave.close(failed=False)
-        self.slaves = []
+        failed = self.failure
+        for name, slave in self._slaves.items():
+            ended = failed is not None and failed.instance == name and failed.status != _NOT_FINITE
+            slave.close(failed=ended, fatal=ended and failed is not None and failed.status == FATAL)
+        self._slaves = {}
+
+    def _load(self) -> None:
+        try:
+            for link in self.chain:
+                self._slaves[link.name] = self._factory(link.name, link.description)
+        except FmuError:
+            self.close()
+            raise
+        self._program = build_program(
+            self._system, self._schedule, self._slaves, measured=self._measured, read=self._read
+        )
+        places = np.array([self._program.place[name] for name in self.names], dtype=np.int64)
+        self._monitor: LimitMonitor = finite_only(places)._replace(used=np.zeros(len(places), dtype=np.int64))
+        self._is_fresh = True
 
     def _initialise(self, values: Mapping[str, Mapping[str, float | str]], row: Array, t0: float) -> None:
-        table = self.layout.table
-        for fmu, slave, link in zip(self.layout.fmus, self.slaves, self.chain, strict=True):
-            slave.restart(values.get(link.name, {}), t0)
-            for target, kind, source in self.layout.moves[fmu[MOVE] : fmu[END_MOVE]]:
-                table[target] = row[source] if kind == MEASURED else table[source]
-            at = table.ctypes.data
-            if fmu[N_INPUTS]:
-                inputs = at + 8 * int(fmu[FIRST_INPUT])
-                calls.exchange(fmu[SET], fmu[COMPONENT], fmu[INPUTS], fmu[N_INPUTS], inputs)
-            slave.exit_initialisation()
-            outputs = at + 8 * int(fmu[FIRST_OUTPUT])
-            calls.exchange(fmu[GET], fmu[COMPONENT], fmu[OUTPUTS], fmu[N_OUTPUTS], outputs)
+        if not self._is_fresh:
+            for slave in self._slaves.values():
+                slave.reset()
+        self._is_fresh = False
+        instances = {
+            name: replace(instance, start=values.get(name, {}))
+            for name, instance in self._system.instances.items()
+        }
+        system = replace(self._system, instances=instances)
+        given = {name: float(row[column]) for name, column in self._measured.items()}
+        initialise(system, self._schedule, self._slaves, t0, given=given)
+        read_initial_values(system, self._slaves, self._program, self._read)
 
-    def _lay_out(self) -> None:
-        """Give every input and output a place in the table."""
-        place: dict[str, int] = {}
-        for link in self.chain:
-            for variable in (*link.measured, *link.wired, *link.read):
-                place.setdefault(f"{link.name}.{variable}", len(place))
-        self._references: list[Any] = []
-        fmus = np.zeros((len(self.chain), END_MOVE + 1), dtype=np.int64)
-        moves: list[tuple[int, int, int]] = []
-        for i, (link, slave) in enumerate(zip(self.chain, self.slaves, strict=True)):
-            c = slave.interface()
-            begin = len(moves)
-            for v, column in link.measured.items():
-                moves.append((place[f"{link.name}.{v}"], MEASURED, column))
-            for v, source in link.wired.items():
-                moves.append((place[f"{link.name}.{v}"], WIRED, place[source]))
-            inputs, outputs = [*link.measured, *link.wired], list(link.read)
-            fmus[i, : GET + 1] = (c.component, c.do_step, c.setters[_REAL], c.getters[_REAL])
-            at = moves[begin][0] if inputs else 0
-            fmus[i, INPUTS : FIRST_INPUT + 1] = (self._addresses(link, inputs), len(inputs), at)
-            at = place[f"{link.name}.{outputs[0]}"] if outputs else 0
-            fmus[i, OUTPUTS : FIRST_OUTPUT + 1] = (self._addresses(link, outputs), len(outputs), at)
-            fmus[i, MOVE:] = (begin, len(moves))
-        self.layout = Layout(
-            fmus=fmus,
-            moves=np.array(moves or [(0, 0, 0)], dtype=np.int64).reshape(-1, 3),
-            places=np.array([place[name] for name in self.names], dtype=np.int64),
-            table=np.zeros(len(place)),
-        )
+    def _note(self, ended: Execution, time: float, every: int) -> None:
+        """Keep why the replay ended, or which signal is not finite."""
+        if ended.stop == Stop.FAILED:
+            self._fail(failure_of(self._program, self._slaves, ended, time), 1 + ended.ticks // every)
+        elif ended.stop == Stop.ASKED_FOR_END:
+            name = self._program.instance_of(ended.where)
+            error = FmuError(name, "asks for the end of the simulation", time=time)
+            self._fail(error, 1 + ended.ticks // every)
+        elif (beyond := np.flatnonzero(self._monitor.first_beyond >= 0)).size:
+            signal = min(beyond, key=lambda j: self._monitor.first_beyond[j])
+            row = 1 + int(self._monitor.first_beyond[signal]) // every
+            name = self.names[signal]
+            message = f"{name} is not a number or infinite"
+            self.failure = ReplayFailure(name.partition(".")[0], _NOT_FINITE, message, row)
 
-    def _addresses(self, link: Link, names: Sequence[str]) -> int:
-        references = np.array([_real(link, n).reference for n in names] or [0], dtype=np.uint32)
-        self._references.append(references)
-        return int(references.ctypes.data)
+    def _fail(self, error: FmuError, row: int) -> None:
+        self.failure = ReplayFailure(error.instance, error.status, str(error), row)
+        if error.status == FATAL:  # not even a reset is allowed then
+            self.close()
+            self._load()
 
 
-def _real(link: Link, name: str) -> Variable:
+_NOT_FINITE = "not finite"
+
+
+def _wires(chain: Sequence[Link], link: Link) -> list[Wire]:
+    """Connections into one FMU of a chain, in one step along it."""
+    ports: dict[str, Port] = {}
+    for other in chain:
+        ports |= {f"{other.name}.{name}": Port(other.name, _number(other, name)) for name in other.read}
+    found = []
+    for name, signal in link.wired.items():
+        source, target = ports[signal], Port(link.name, _number(link, name))
+        converted = conversion(source.variable.unit, target.variable.unit)
+        if converted is None:
+            units = f"{source.variable.unit_name} -> {target.variable.unit_name}"
+            raise ConfigError([f"{target.name}: units differ, got {units}, expected the same quantity"])
+        found.append(Wire(source, target, 0, converted))
+    return found
+
+
+def _number(link: Link, name: str) -> Variable:
     variable = link.description.by_name[name]
-    if variable.kind is not Kind.REAL:
-        raise ConfigError([f"{link.name}.{name}: kind, got {variable.kind.value}, expected Real in a replay"])
+    if variable.kind is Kind.STRING:
+        raise ConfigError([f"{link.name}.{name}: kind, got String, expected a number in a replay"])
     return variable

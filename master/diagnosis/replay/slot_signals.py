@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -11,37 +10,18 @@ import numpy as np
 from fmu_sources.composed.composition import EQUATIONS, all_slots
 from fmu_sources.effects.framework.effect import Rms
 from fmu_sources.effects.framework.roles import roles
+from fmu_sources.framework.array_arithmetic import ARRAYS
 from fmu_sources.framework.instance import Instance
 from fmu_sources.framework.model import Model
 from fmu_sources.framework.variables import Role
 from master.diagnosis.case.cut import CutSystem, Values
 from master.diagnosis.numerics.arrays import Array
+from master.text.signal_name import SignalName
 
 from .replay import Bench
 from .replayer import Player
 
 Signals = dict[str, dict[str, Array]]
-
-
-def _pick(values: Any, index: Any) -> Any:
-    return np.choose(np.asarray(index).astype(int), values) if np.ndim(index) else values[int(index)]
-
-
-ARRAYS: Any = SimpleNamespace(
-    pi=np.pi,
-    sqrt=np.sqrt,
-    exp=np.exp,
-    log=np.log,
-    sin=np.sin,
-    cos=np.cos,
-    tan=np.tan,
-    tanh=np.tanh,
-    floor=np.floor,
-    fabs=np.fabs,
-    where=np.where,
-    both=np.logical_and,
-    pick=_pick,
-)
 
 
 def slot_signals(
@@ -71,7 +51,7 @@ def slot_signals(
         inputs = _inputs(bench, fmu, model, replayed)
         seen = dict(inputs)
         if (model.slots and model.n_continuous) or not model.group(Role.STATE):
-            states = {k.partition(".")[2]: v for k, v in replayed.items() if k.startswith(f"{fmu}.")}
+            states = {SignalName(k).variable: v for k, v in replayed.items() if k.startswith(f"{fmu}.")}
             called = _by_arrays(model, values[fmu], inputs, states)
         elif model.slots:
             called = _by_steps(model, values[fmu], inputs, bench.period)

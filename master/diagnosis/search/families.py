@@ -24,7 +24,6 @@ from .study import Extended, Study
 SAME_PREDICTION = 0.1
 ALPHA = 0.05
 NEAR, CLEAR = 0.18, 3.0  # 20 % of what is left; standard errors
-LAG_LIKE = {"extra_lag", "extra_delay", "end_effector_inertia", "mount_resonance"}
 CONFUSED_SHARE = 0.8
 
 
@@ -90,14 +89,14 @@ def _winner(study: Study, accepted: Sequence[Ranked]) -> Ranked:
 
 
 def is_confused(one: Ranked, best: Ranked) -> bool:
-    """Whether both are lag-like in one slot and explain nearly as much."""
-    return are_lag_like(one.extended, best.extended) and one.gain.share > CONFUSED_SHARE * best.gain.share
+    """Whether both act alike in one slot and explain nearly as much."""
+    return act_alike(one.extended, best.extended) and one.gain.share > CONFUSED_SHARE * best.gain.share
 
 
-def are_lag_like(one: Extended, other: Extended) -> bool:
-    """Whether the last effects of both act like a lag, in one slot."""
+def act_alike(one: Extended, other: Extended) -> bool:
+    """Whether the last effects of both act like a lag, say, in one slot."""
     a, b = one.added[-1], other.added[-1]
-    return (a.fmu, a.slot) == (b.fmu, b.slot) and {a.effect, b.effect} <= LAG_LIKE
+    return (a.fmu, a.slot) == (b.fmu, b.slot) and a.law.acts_like == b.law.acts_like is not None
 
 
 def contains(study: Study, before: Fit, large: Ranked, small: Ranked) -> bool:

@@ -15,8 +15,10 @@ from collections.abc import Mapping
 import numpy as np
 from scipy.signal import fftconvolve
 
+from fmu_sources.effects.catalogue import constant
 from master.diagnosis.numerics.arrays import Array
 from master.diagnosis.replay.candidate_models import Added
+from master.text.signal_name import SignalName
 
 from .study import Study, merged
 
@@ -28,8 +30,8 @@ class Injection:
     """Answers of a part's outputs to anything added in one slot (`fmu.slot`), around its base."""
 
     def __init__(self, study: Study, slot: str, values: Mapping[str, float]) -> None:
-        fmu, _, name = slot.partition(".")
-        self.study, self.added = study, Added(fmu, name, "offset")
+        fmu, name = SignalName(slot).parts
+        self.study, self.added = study, Added(fmu, name, constant().name)
         study.pool.build([(self.added,)], study.progress)
         self.steps: dict[str, Array] = {}
         if not study.bench.is_windowed:
@@ -59,7 +61,7 @@ class Injection:
         return np.asarray(np.concatenate(found) / self.study.size[:, None])
 
     def _steps(self, values: Mapping[str, float], size: float) -> dict[str, Array]:
-        study, name = self.study, f"{self.added.fmu}.{self.added.prefix}_offset"
+        study, name = self.study, f"{self.added.fmu}.{self.added.prefix}_{self.added.law.constant}"
         base, once, twice = (
             study.bench.replayed(player, merged(study.system.values, dict(values) | given))
             for player, given in (

@@ -17,7 +17,7 @@ from master.diagnosis.replay.candidate_models import Added
 from .families import (
     NEAR,
     Ranked,
-    are_lag_like,
+    act_alike,
     best_first,
     contains,
     family,
@@ -176,7 +176,7 @@ def _shortlist(tried: Sequence[Screened]) -> list[Screened]:
     best = tried[0].gain if tried else 0.0
     least = max(SMALLEST_PROMISE, 0.1 * best)
     kept = [s for i, s in enumerate(tried[:LONGEST_LIST]) if s.gain >= least or i < FEWEST]
-    return kept + [s for s in tried if s not in kept and are_lag_like(s.extended, tried[0].extended)]
+    return kept + [s for s in tried if s not in kept and act_alike(s.extended, tried[0].extended)]
 
 
 def _round(study: Study, before: Fit, promising: Sequence[Screened], n_tried: int) -> Round:

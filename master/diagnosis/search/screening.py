@@ -13,12 +13,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fmu_sources.effects.framework.common import NEVER
+from fmu_sources.effects.framework.effect import FirstGuess
 from master.diagnosis.numerics.arrays import Array
 from master.diagnosis.numerics.least_squares import STEP, Fit, Parameter, bounded
 from master.diagnosis.numerics.periods import likely_periods
 from master.diagnosis.numerics.quanta import likely_steps
 from master.diagnosis.replay.candidate_models import Added, fixed_values, parameters
+from master.text.signal_name import SignalName
 
 from .injection import Injection
 from .study import Extended, Study
@@ -27,10 +28,8 @@ FACTORS = (0.1, 0.3, 1.0, 3.0)
 FACTORS_OF_TIME = (0.1, 0.3, 0.6, 0.9, 1.2, 1.6, 2.2, 3.0)  # a delay of held values has several minima
 FACTORS_OF_FREQUENCY = (0.1, 0.2, 0.4, 0.6, 1.0, 1.6, 2.5, 4.0)  # a resonance is seen from nearby only
 RESPONSE_STEP = 1e-4
-PROBE = 0.02
 N_STARTS = 4
 RATE = "{value}/{position}"
-NOT_LINEAR = {"force_saturation", "rate_saturation"}
 SAME = 0.999
 
 
@@ -148,9 +147,9 @@ def _best(study: Study, tangent: Tangent, added: Added) -> Screened | None:
             {p.name: min(max(factor * p.start, p.low), p.high) for p in (*shapes, *rates)}
             for factor in _factors(added, [*shapes, *rates])
         )
-        if added.effect == "quantisation":
+        if added.law.first_guess is FirstGuess.QUANTA:
             tried = [{own[0].name: step} for step in _steps(study, tangent, added)]
-        if added.effect == "ripple":
+        if added.law.first_guess is FirstGuess.PERIODS:
             tried = [{p.name: period} for p in shapes for period in _periods(study, tangent, added)] or tried
         for at in tried:
             gain, sized = _sized(tangent, extended, added, at)
@@ -204,10 +203,9 @@ def _sized(
     """Gain and amplitudes at one shape, probed with small amplitudes."""
     own = [p for p in extended.parameters if p.name.startswith(f"{added.fmu}.{added.prefix}_")]
     amplitudes = [p for p in own if _is_amplitude(added, p.name)]
-    if not amplitudes or added.effect == "quantisation":
+    if not amplitudes or added.law.first_guess is FirstGuess.QUANTA:
         return tangent.gain([tangent.response(extended, at)], [0.0])[0], {}
-    probe = 1.0 if added.effect in NOT_LINEAR else PROBE
-    return _probed(tangent, extended, amplitudes, at, probe)
+    return _probed(tangent, extended, amplitudes, at, added.law.probe)
 
 
 def _probed(
@@ -233,7 +231,7 @@ def _probed(
 
 
 def _short(added: Added, name: str) -> str:
-    return name.partition(".")[2].removeprefix(added.prefix + "_")
+    return SignalName(name).variable.removeprefix(added.prefix + "_")
 
 
 def _unit(added: Added, name: str) -> str:
@@ -241,7 +239,4 @@ def _unit(added: Added, name: str) -> str:
 
 
 def _is_amplitude(added: Added, name: str) -> bool:
-    unit, absent = _unit(added, name), added.law.absent.get(_short(added, name))
-    if absent == NEVER or unit in ("{position}", "s"):
-        return False
-    return absent == 0.0 or "{value}" in unit
+    return _short(added, name) in added.law.amplitudes

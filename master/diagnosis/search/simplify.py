@@ -17,7 +17,7 @@ AND = " and "
 
 def with_rewritings(study: Study, found: Found, wanted: Sequence[Added]) -> Found:
     """
-    Put others in the place of an effect that is `made_of` them, where they explain more.
+    Put others in the place of an effect that is `equals_sum_of` them, where they explain more.
 
     Where they explain as much, the effect and they are a family.
     """
@@ -47,7 +47,7 @@ def _decided(study: Study, found: Found, step: Round, parts: Sequence[Added]) ->
 
 def _parts(law: Added, wanted: Sequence[Added], taken: Sequence[Added]) -> Iterator[tuple[Added, ...]]:
     """All ways to place what a law is made of; the first of it stands where the law stood."""
-    places = [[a for a in wanted if a.effect == name and a not in taken] for name in law.law.made_of]
+    places = [[a for a in wanted if a.effect == name and a not in taken] for name in law.law.equals_sum_of]
     if places:
         places[0] = [a for a in places[0] if (a.fmu, a.slot) == (law.fmu, law.slot)]
         yield from itertools.product(*places)

@@ -18,6 +18,7 @@ from master.diagnosis.replay.candidate_models import Added, Pool
 from master.diagnosis.replay.replay import Bench
 from master.diagnosis.replay.slot_signals import Signals, sizes, slot_signals
 from master.errors import FmuError
+from master.text.signal_name import SignalName
 
 Progress = Callable[[str], None]
 FEW_EVALUATIONS = 4
@@ -129,7 +130,7 @@ class Study:
             here = {k: v for k, v in guess.items() if k in known}
             values = merged(self.system.values, known | here)
             for key in bounds:
-                values[key.partition(".")[0]].pop(key.partition(".")[2], None)
+                values[SignalName(key).instance].pop(SignalName(key).variable, None)
             better.append(dict(guess) | self.bench.estimated(player, values))
         taken = {p.name for p in extended.parameters}
         own = tuple(
@@ -165,7 +166,7 @@ class Study:
         values = self.signals[slot]["value"]
         if np.any(values):
             return found
-        fmu = slot.partition(".")[0] + "."
+        fmu = SignalName(slot).instance + "."
         own = [s for k, s in self.signals.items() if k.startswith(fmu) and np.any(s["value"])]
         others = [sizes(s, 1.0).value for s in own]
         mechanical = [sizes(s, 1.0).value for s in own if "velocity" in s]
@@ -185,9 +186,12 @@ def start(study: Study) -> Fit:
     others = [{p.name: factor * p.start for p in study.base} for factor in (0.85, 1.2)] if study.base else []
     first = study.fitted(Extended(), [{}, *others], 30)
     if not np.isfinite(first.predicted[study.bench.in_use]).all():
+        player = study.pool.player(())
+        failure = study.bench.failure(player, merged(study.system.values, first.values))
         row = int(np.flatnonzero(~np.isfinite(first.predicted).all(axis=1))[0])
-        said = study.pool.player(()).last_message() or "no message"
-        raise FmuError(study.bench.part.fmus[0], f"the replay ends at row {row}: {said}")
+        if failure is None:
+            raise FmuError(study.bench.part.fmus[0], f"the replay is not finite at row {row}")
+        raise FmuError(failure.instance, f"the replay ends at row {row}: {failure}", status=failure.status)
     left = np.sqrt(np.nanmean((first.predicted - study.measured)[rows] ** 2, axis=0))
     study.size = np.maximum(left, 1e-9 * study.size)
     study.base = tuple(replace(p, scale=abs(first.values[p.name]) or p.scale) for p in study.base)
@@ -198,7 +202,7 @@ def base_parameters(case: Case, system: CutSystem, fmus: Sequence[str]) -> tuple
     """Parameters that the case allows to refit, from the values of the system."""
     found = []
     for key, entry in case.refit.items():
-        fmu, _, variable = key.partition(".")
+        fmu, variable = SignalName(key).parts
         if fmu in fmus:
             value = system.values[fmu].get(variable, system.descriptions[fmu].by_name[variable].start or 0.0)
             at = float(min(max(float(value), entry.low), entry.high))
@@ -211,6 +215,6 @@ def merged(values: Values, given: Mapping[str, float]) -> Values:
     """Put values by `fmu.variable` over those of a system."""
     found = {name: dict(v) for name, v in values.items()}
     for key, value in given.items():
-        fmu, _, variable = key.partition(".")
+        fmu, variable = SignalName(key).parts
         found[fmu][variable] = value
     return found

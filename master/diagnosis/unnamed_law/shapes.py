@@ -16,10 +16,11 @@ from scipy.signal import lfilter, lfiltic
 from fmu_sources.effects.framework.effect import Place, Rms
 from fmu_sources.effects.framework.roles import place, roles
 from fmu_sources.effects.learned import MEMORY_TIME, N_PLAYS, WIDTHS, axes, coefficients, n_terms, terms
+from fmu_sources.framework.array_arithmetic import ARRAYS
 from master.diagnosis.numerics.arrays import Array
 from master.diagnosis.replay.candidate_models import Added, fixed_values
-from master.diagnosis.replay.slot_signals import ARRAYS
 from master.diagnosis.search.study import Study
+from master.text.signal_name import SignalName
 
 MECHANICAL = (
     *(("position", "velocity"), ("position", "sign"), ("velocity", "position")),
@@ -61,7 +62,7 @@ def laws(study: Study, slots: Sequence[str]) -> list[list[Law]]:
     """Laws that fit the slots (`fmu.slot`); variants of one law that differ in a period stand together."""
     found = []
     for key in slots:
-        fmu, _, name = key.partition(".")
+        fmu, name = SignalName(key).parts
         slot = study.system.slots(fmu)[name]
         pairs = MECHANICAL if place(slot) is Place.MECHANICAL else SIGNAL
         has = {*roles(slot), "value", "memory", "time", "cycle"}

@@ -68,14 +68,14 @@ _I64, _I32, _I1, _F64 = ir.IntType(64), ir.IntType(32), ir.IntType(1), ir.Double
 
 def _indirect_call(builder: Any, address: Any, kinds: list[Any], arguments: list[Any]) -> Any:
     function = builder.inttoptr(address, ir.PointerType(ir.FunctionType(_I32, kinds)))
-    return builder.call(function, arguments)
+    return builder.sext(builder.call(function, arguments), _I64)
 
 
 @intrinsic
 def _exchange_compiled(
     typing: Any, address: Any, component: Any, references: Any, n: Any, values: Any
 ) -> Any:
-    signature = types.int32(*[types.int64] * 5)
+    signature = types.int64(*[types.int64] * 5)
 
     def generate(context: Any, builder: Any, _: Any, arguments: Any) -> Any:
         return _indirect_call(builder, arguments[0], [_I64] * 4, list(arguments[1:]))
@@ -87,7 +87,7 @@ def _exchange_compiled(
 def _exchange_3_compiled(
     typing: Any, address: Any, component: Any, references: Any, n: Any, values: Any, n_values: Any
 ) -> Any:
-    signature = types.int32(*[types.int64] * 6)
+    signature = types.int64(*[types.int64] * 6)
 
     def generate(context: Any, builder: Any, _: Any, arguments: Any) -> Any:
         return _indirect_call(builder, arguments[0], [_I64] * 5, list(arguments[1:]))
@@ -97,7 +97,7 @@ def _exchange_3_compiled(
 
 @intrinsic
 def _do_step_compiled(typing: Any, address: Any, component: Any, t: Any, h: Any) -> Any:
-    signature = types.int32(types.int64, types.int64, types.float64, types.float64)
+    signature = types.int64(types.int64, types.int64, types.float64, types.float64)
 
     def generate(context: Any, builder: Any, _: Any, arguments: Any) -> Any:
         kinds = [_I64, _F64, _F64, _I32]
@@ -108,7 +108,7 @@ def _do_step_compiled(typing: Any, address: Any, component: Any, t: Any, h: Any)
 
 @intrinsic
 def _do_step_3_compiled(typing: Any, address: Any, component: Any, t: Any, h: Any, answers: Any) -> Any:
-    signature = types.int32(types.int64, types.int64, types.float64, types.float64, types.int64)
+    signature = types.int64(types.int64, types.int64, types.float64, types.float64, types.int64)
 
     def generate(context: Any, builder: Any, _: Any, arguments: Any) -> Any:
         *to_call, answers_at = arguments[1:]
@@ -121,7 +121,7 @@ def _do_step_3_compiled(typing: Any, address: Any, component: Any, t: Any, h: An
 
 @intrinsic
 def _state_compiled(typing: Any, address: Any, component: Any, argument: Any) -> Any:
-    signature = types.int32(*[types.int64] * 3)
+    signature = types.int64(*[types.int64] * 3)
 
     def generate(context: Any, builder: Any, _: Any, arguments: Any) -> Any:
         return _indirect_call(builder, arguments[0], [_I64] * 2, list(arguments[1:]))

@@ -1,7 +1,7 @@
 """
 Values of every FMI type in memory, at an address, and the way between them and doubles.
 
-As in `stepping.calls`, each access has a Python form over ctypes and one that numba compiles. The compiled
+As in `calls`, each access has a Python form over ctypes and one that numba compiles. The compiled
 form chooses among typed loads and stores: views of arrays would take seconds to compile.
 """
 
@@ -95,8 +95,8 @@ def row_at(table: int, width: int, i: int) -> int:
     return table + 8 * width * i
 
 
-def whole(address: int, j: int) -> int:
-    """Read the j-th of whole numbers of 8 bytes from an address on, without a look at bounds."""
+def integer_at(address: int, j: int) -> int:
+    """Read the j-th of the integers of 8 bytes from an address on, without a look at bounds."""
     return ctypes.c_int64.from_address(int(address) + 8 * int(j)).value
 
 
@@ -173,7 +173,7 @@ def _store_compiled(typing: Any, address: Any, j: Any, kind: Any, value: Any) ->
 
 
 @intrinsic
-def _whole_compiled(typing: Any, address: Any, j: Any) -> Any:
+def _integer_at_compiled(typing: Any, address: Any, j: Any) -> Any:
     def generate(context: Any, builder: Any, _: Any, arguments: Any) -> Any:
         return builder.load(_cell(builder, INT64, *arguments))
 
@@ -196,9 +196,9 @@ def _(address, j, kind):
     return lambda address, j, kind: _load_compiled(address, j, kind)
 
 
-@compiled_form(whole)
+@compiled_form(integer_at)
 def _(address, j):
-    return lambda address, j: _whole_compiled(address, j)
+    return lambda address, j: _integer_at_compiled(address, j)
 
 
 @compiled_form(copy_cells)

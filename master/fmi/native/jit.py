@@ -12,7 +12,7 @@ from typing import Any
 
 from numba.extending import overload, register_jitable
 
-_WITHOUT_WRAPPERS: Any = {"no_cfunc_wrapper": True, "no_cpython_wrapper": True}
+_WITHOUT_WRAPPERS: Any = {"no_cfunc_wrapper": True, "no_cpython_wrapper": True, "error_model": "numpy"}
 
 inner = register_jitable(**_WITHOUT_WRAPPERS)
 """Of a function that is compiled too where compiled code calls it."""

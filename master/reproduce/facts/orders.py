@@ -14,15 +14,14 @@ from itertools import permutations
 from numpy.linalg import eigvals
 
 from master.analysis.closed_loop.linearise import Linearisation
-from master.analysis.closed_loop.tick_matrix import Coupled
+from master.analysis.closed_loop.tick_matrix import LinearSystem
 from master.analysis.measures.poles import Pole, dominant, poles
 from master.coupling.ledger import make_ledger, steps_of
+from master.coupling.methods.iterated import Iterated
 from master.coupling.schedule import Schedule, make_schedule
-from master.docking.conventions import CONVENTIONS
 from master.experiment.experiment import Experiment
 from master.reproduce.measures.poles import without_ideal
 from master.reproduce.measures.runs import experiment_of
-from master.system.config import IteratedGroup
 
 from .cases import EXACT, LINEAR, run_of
 
@@ -54,7 +53,7 @@ def compare(case: str = "S1") -> list[Ordered]:
     """Step a case in every class of orders, without compensation and with it, exact parameters."""
     variants = (run_of(case, "none", plant=LINEAR), run_of(case, "cfdc", EXACT, LINEAR))
     experiments = [experiment_of(run) for run in variants]
-    loops = [Linearisation(e, CONVENTIONS).coupled() for e in experiments]
+    loops = [Linearisation(e).coupled() for e in experiments]
     found = []
     for name, count, order in _orders(experiments[0]):
         schedule = make_schedule(experiments[0].system, order, "order")
@@ -62,28 +61,29 @@ def compare(case: str = "S1") -> list[Ordered]:
     return found
 
 
-def _orders(experiment: Experiment) -> list[tuple[str, int, list[str | list[str] | IteratedGroup]]]:
+def _orders(experiment: Experiment) -> list[tuple[str, int, list[str | list[str] | Iterated]]]:
     classes: dict[tuple[int, ...], list[tuple[str, ...]]] = {}
     for order in permutations(MEMBERS):
         schedule = make_schedule(experiment.system, [*order, "ideal"], "order")
         ages = tuple(steps_of(schedule, wire)[0] for wire in experiment.system.wires)
         classes.setdefault(ages, []).append(order)
-    found: list[tuple[str, int, list[str | list[str] | IteratedGroup]]] = []
+    found: list[tuple[str, int, list[str | list[str] | Iterated]]] = []
     for same in classes.values():
         name = PAPER if MEMBERS in same else ", ".join(same[0])
         found.append((name, len(same), [*(MEMBERS if MEMBERS in same else same[0]), "ideal"]))
     found.append(("Jacobi: all side by side", 1, [list(MEMBERS), "ideal"]))
-    found.append(("iterated until all agree", 1, [IteratedGroup(iterate=list(MEMBERS)), "ideal"]))
+    found.append(("iterated until all agree", 1, [Iterated(iterate=MEMBERS), "ideal"]))
     return found
 
 
 def _ordered(
-    name: str, count: int, experiment: Experiment, loops: Sequence[Coupled], schedule: Schedule
+    name: str, count: int, experiment: Experiment, loops: Sequence[LinearSystem], schedule: Schedule
 ) -> Ordered:
-    ledger = make_ledger(experiment.system, schedule, experiment.config.step_size)
+    ledger = make_ledger(experiment.system, schedule, experiment.grid.step_size)
     late = tuple(f"{e.source} -> {e.target}" for e in ledger.entries if e.mean > 0.0)
     force = [loop for loop in ledger.loops if set(_FORCE_PATH) <= set(loop.path)]
-    signal = None if schedule.iterations else "spacecraft.s_des"
+    is_iterated = any(isinstance(group, Iterated) for group in schedule.groups)
+    signal = None if is_iterated else "spacecraft.s_des"
     stepped = [without_ideal(replace(loop, schedule=schedule)) for loop in loops]
     without, compensated = (dominant(poles(loop, signal)) for loop in stepped)
     ideal = dominant([Pole(complex(z), loops[0].step_size) for z in _ideal(loops[0])])
@@ -99,5 +99,5 @@ def _ordered(
     )
 
 
-def _ideal(coupled: Coupled) -> Sequence[complex]:
+def _ideal(coupled: LinearSystem) -> Sequence[complex]:
     return [complex(z) for z in eigvals(coupled.parts["ideal"].system.A) if z.imag > 0.0]

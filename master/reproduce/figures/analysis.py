@@ -8,7 +8,6 @@ import numpy as np
 
 from master.analysis.closed_loop.linearise import Linearisation
 from master.analysis.measures.sweep import parse_axis, stability_map
-from master.docking.conventions import CONVENTIONS
 from master.pages.chart import CIRCLE, CROSS, REFERENCE, Chart, Curve
 from master.reproduce.claims.methods import drag_run
 from master.reproduce.facts.cases import EXACT, LINEAR, run_of
@@ -97,7 +96,7 @@ _MAPS = (
 def _maps(recordings: Recordings) -> Sequence[Chart]:
     charts = []
     for title, x_text, y_text, y_label in _MAPS:
-        linearisation = Linearisation(experiment_of(_LOOP), CONVENTIONS)
+        linearisation = Linearisation(experiment_of(_LOOP))
         x, y = (parse_axis(text, linearisation.system) for text in (x_text, y_text))
         points = np.array(sorted(stability_map(linearisation, x, y).boundary))
         limit = Curve("boundary: unstable above", points[:, 0], 1e3 * points[:, 1])

@@ -35,7 +35,7 @@ class Trace:
     @cached_property
     def metrics(self) -> Metrics:
         """Metrics of `dockloop run`."""
-        compare = self.experiment.config.compare
+        compare = self.experiment.compare
         return {} if compare is None else compute_metrics(self.result, compare)
 
     @cached_property
@@ -53,7 +53,7 @@ class Trace:
     @property
     def step(self) -> float:
         """Step size [s]."""
-        return self.experiment.config.step_size
+        return self.experiment.grid.step_size
 
     def parameter(self, instance: str, name: str) -> float:
         """Value that the run had."""

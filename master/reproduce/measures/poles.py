@@ -17,9 +17,8 @@ from numpy.typing import NDArray
 from scipy.linalg import eig
 
 from master.analysis.closed_loop.linearise import Linearisation
-from master.analysis.closed_loop.tick_matrix import Coupled
+from master.analysis.closed_loop.tick_matrix import LinearSystem
 from master.analysis.measures.poles import Pole, dominant, growth_rate, nearest, poles
-from master.docking.conventions import CONVENTIONS
 from master.experiment.experiment import Experiment
 from master.fmi.units import conversion
 from master.system.graph import Wire
@@ -62,7 +61,8 @@ class _Asked:
 
 def _asked(experiment: Experiment) -> _Asked:
     """Name all that a linearisation depends on; noise has no part in it."""
-    system, schedule, config = experiment.system, experiment.schedule, experiment.config
+    system = experiment.system
+    schedule = experiment.schedule
     instances = tuple(
         (
             name,
@@ -75,13 +75,8 @@ def _asked(experiment: Experiment) -> _Asked:
     wires = tuple(
         (w.source.name, w.target.name, w.delay, w.extrapolation, w.conversion) for w in system.wires
     )
-    order = (
-        schedule.groups,
-        frozenset(schedule.every.items()),
-        frozenset(schedule.iterations.items()),
-    )
-    time = (config.start_time, config.step_size, config.stop_time)
-    return _Asked((instances, wires, order, time, config.compare), experiment)
+    order = (schedule.groups, frozenset(schedule.every.items()))
+    return _Asked((instances, wires, order, experiment.grid, experiment.compare), experiment)
 
 
 def judged(experiment: Experiment) -> Judged:
@@ -92,12 +87,12 @@ def judged(experiment: Experiment) -> Judged:
 @lru_cache(maxsize=_KEPT)
 def _judged(asked: _Asked) -> Judged:
     experiment = asked.experiment
-    coupled = Linearisation(experiment, CONVENTIONS).coupled()
-    compare = experiment.config.compare
+    coupled = Linearisation(experiment).coupled()
+    compare = experiment.compare
     best = dominant(poles(coupled, None if compare is None else compare.signal))
     reference = None
     if best is not None and compare is not None and compare.reference is not None:
-        name = compare.reference.partition(".")[0]
+        name = compare.reference.instance
         period = coupled.step_size * coupled.schedule.every[name]
         reference = nearest(coupled.parts[name].system, period, best)
     return Judged(best, reference, growth_rate(coupled))
@@ -117,11 +112,11 @@ def driven(experiment: Experiment) -> Experiment:
 
 def planes(experiment: Experiment) -> tuple[Plane, Plane]:
     """Return poles and zeros of the real docking, and of the loop."""
-    coupled = Linearisation(driven(experiment), CONVENTIONS).coupled()
+    coupled = Linearisation(driven(experiment)).coupled()
     return _ideal(coupled), _loop(coupled)
 
 
-def _ideal(coupled: Coupled) -> Plane:
+def _ideal(coupled: LinearSystem) -> Plane:
     part = coupled.parts["ideal"]
     system = part.system
     row = part.outputs.index("ideal.s")
@@ -130,10 +125,10 @@ def _ideal(coupled: Coupled) -> Plane:
     return _plane(np.linalg.eigvals(system.A), _zeros(system.A, B, C, D), coupled.step_size)
 
 
-def without_ideal(coupled: Coupled) -> Coupled:
+def without_ideal(coupled: LinearSystem) -> LinearSystem:
     """Leave the real docking out, which is no part of the loop."""
     system, schedule = coupled.system, coupled.schedule
-    groups = tuple(g for g in schedule.groups if g != ("ideal",))
+    groups = tuple(g for g in schedule.groups if g.members != ("ideal",))
     instances = {name: i for name, i in system.instances.items() if name != "ideal"}
     wires = tuple(w for w in system.wires if w.target.instance != "ideal")
     return replace(
@@ -144,7 +139,7 @@ def without_ideal(coupled: Coupled) -> Coupled:
     )
 
 
-def _loop(coupled: Coupled) -> Plane:
+def _loop(coupled: LinearSystem) -> Plane:
     coupled = without_ideal(coupled)
     wires = {w.target.name: w for w in coupled.wires}
     loop = coupled.opened(wires["contact.v"], cut=True)
@@ -182,7 +177,7 @@ def cancellation(experiment: Experiment) -> float:
 
 @lru_cache(maxsize=_KEPT)
 def _cancellation(asked: _Asked) -> float:
-    coupled = Linearisation(driven(asked.experiment), CONVENTIONS).coupled()
+    coupled = Linearisation(driven(asked.experiment)).coupled()
     alone = np.linalg.eigvals(coupled.parts["motion_simulator"].system.A)
     s = _continuous(alone[np.abs(alone) > _SLOWEST_DELAY], coupled.step_size)
     loop = _loop(coupled)

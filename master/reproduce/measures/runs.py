@@ -12,15 +12,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from master.api import prepare_to_run
 from master.catalogue import Progress, silent
 from master.coupling.schedule import make_schedule
 from master.errors import ConfigError
 from master.experiment.experiment import Experiment
-from master.experiment.prepare import Request, prepare
+from master.experiment.prepare import Request
 from master.fmi.values import parse
 from master.stepping.outcome import RunOptions
 from master.stepping.simulate import simulate
 from master.system.graph import System
+from master.text.signal_name import SignalName
 
 from .measures import MEASURES, Trace
 
@@ -95,7 +97,7 @@ def experiment_of(run: Run, progress: Progress = silent) -> Experiment:
 def perform(run: Run, wanted: Wanted) -> Recording:
     """Step a run and keep what is wanted."""
     experiment = experiment_of(run)
-    options = RunOptions(limits=experiment.limits, scenario=experiment.scenario)
+    options = RunOptions(limits=experiment.limits, compared=experiment.compared, scenario=experiment.scenario)
     outcome = simulate(experiment.system, experiment.schedule, experiment.grid, options=options)
     result = outcome.result
     trace = Trace(experiment, result)
@@ -109,11 +111,11 @@ def _prepared(
     config: str, variant: str | None, values: tuple[str, ...], stop_time: float | None, progress: Progress
 ) -> Experiment:
     path = folder_of_configs() / f"{config}.yaml"
-    return prepare(path, Request(variant, values, stop_time), progress)
+    return prepare_to_run(path, Request(variant, values, stop_time), progress)
 
 
 def _seeded(system: System, seed: int) -> System:
-    name, _, key = SEED.partition(".")
+    name, key = SignalName(SEED).parts
     if name not in system.instances:
         return system
     instance = system.instances[name]

@@ -1,5 +1,5 @@
 """
-What a program does most: copies, turns of FMUs (set inputs, step, get outputs), and a row of results a tick.
+What a program does most: copies, steps of FMUs (set inputs, step, get outputs), and a row of results a tick.
 
 Addresses and numbers alone pass here, and tables are read without bounds: an array handed on would have its
 references counted, and an index into it would be looked at for counting from the end.
@@ -7,134 +7,162 @@ references counted, and an index into it would be looked at for counting from th
 
 from __future__ import annotations
 
+from enum import IntEnum
+from typing import NamedTuple
+
 from master.fmi.native import calls
-from master.fmi.native.cells import copy_cells, load, pack, row_at, store, unpack, whole
+from master.fmi.native.cells import copy_cells, integer_at, load, pack, row_at, store, unpack
 from master.fmi.native.jit import inlined
 from master.fmi.value_types import FLOAT64
 
-from .operations import MISFIT, asks, heed
-from .program import BLOCK_WIDTH, COPY_WIDTH, WARNING
+from .operations import MISFIT, Answer, asks, handle_step_flags, is_bad
+from .program import BLOCK_WIDTH, CONVERSION_WIDTH, COPY_WIDTH, FEED_WIDTH
 
-ANSWERS = 32  # bytes, see `operations.heed`
+ANSWERS = 32  # bytes, see `handle_step_flags`
+
+
+class Call(IntEnum):
+    """Which function of an FMU answered."""
+
+    SET = 0
+    STEP = 1
+    GET = 2
+    SAVE = 3
+    RESTORE = 4
+
+
+SET, STEPPED, GET, SAVED, RESTORED = map(int, Call)
+
+
+class FmuStep(NamedTuple):
+    """How the step of an FMU ended: the last status and the call that it is of."""
+
+    status: int
+    call: int
+    asks_for_end: bool
 
 
 @inlined
-def copy(row: int, behind: int, conversions: int, values: int) -> None:
-    """Execute the rows of `copies` from an address to the one behind, between `values`."""
-    while row < behind:
-        conversion = row_at(conversions, 2, whole(row, 2))
-        factor, offset = load(conversion, 0, FLOAT64), load(conversion, 1, FLOAT64)
-        store(values, whole(row, 1), FLOAT64, factor * load(values, whole(row, 0), FLOAT64) + offset)
+def copy(row: int, after: int, conversions: int, values: int) -> None:
+    """Execute the rows of `copies` from an address to before another one; all arguments are addresses."""
+    while row < after:
+        conversion = row_at(conversions, CONVERSION_WIDTH, integer_at(row, 2))
+        factor = load(conversion, 0, FLOAT64)
+        offset = load(conversion, 1, FLOAT64)
+        value = load(values, integer_at(row, 0), FLOAT64)
+        store(values, integer_at(row, 1), FLOAT64, factor * value + offset)
         row = row_at(row, COPY_WIDTH, 1)
 
 
 @inlined
-def record(row: int, values: int, observed: tuple[int, int], n: tuple[int, int]) -> int:
+def feed(row: int, after: int, measured: int, values: int) -> None:
+    """Execute the rows of `feeds` from an address to before another one; `measured` is the row's address."""
+    while row < after:
+        store(values, integer_at(row, 0), FLOAT64, load(measured, integer_at(row, 1), FLOAT64))
+        row = row_at(row, FEED_WIDTH, 1)
+
+
+@inlined
+def record(row: int, values: int, places: int, limits: int, n_first: int, n: int) -> int:
     """
-    Record one row of results; all but the two numbers are addresses.
+    Record one row of results.
 
     Args:
-        row: The row.
-        values: The table of values.
-        observed: Places of the signals in it, their largest allowed magnitudes.
-        n: Number of signals that are the first places in order, which are copied as one; number of all.
+        row: Address of the row.
+        values: Address of the table of values.
+        places: Address of the places of the signals in it.
+        limits: Address of their largest allowed magnitudes.
+        n_first: Number of signals that are the first places in order, which are copied as one.
+        n: Number of signals.
 
     Returns:
         Number of values beyond their limits or not finite.
     """
-    places, limits = observed
     n_beyond = 0
-    copy_cells(row, values, n[0])
-    for j in range(n[0]):  # reads only: a loop that vectors run through
+    copy_cells(row, values, n_first)
+    for j in range(n_first):  # reads only: a loop that vectors run through
         n_beyond += not abs(load(values, j, FLOAT64)) <= load(limits, j, FLOAT64)
-    for j in range(n[0], n[1]):
-        value = load(values, whole(places, j), FLOAT64)
+    for j in range(n_first, n):
+        value = load(values, integer_at(places, j), FLOAT64)
         store(row, j, FLOAT64, value)
         n_beyond += not abs(value) <= load(limits, j, FLOAT64)
     return n_beyond
 
 
 @inlined
-def turn(
-    row: int,
-    blocks: int,
-    step: tuple[float, float],
-    room: tuple[int, int],
-    state: tuple[int, int],
-    general: bool | None,
-) -> tuple[int, int]:
+def step_fmu(
+    row: int, blocks: int, t: float, h: float, values: int, scratch: int, general: bool | None
+) -> FmuStep:
     """
-    Let an FMU take its turn.
+    Set the inputs of an FMU, step it, and get its outputs; up to the first call that fails.
 
     Args:
         row: Address of its row in `slaves`.
         blocks: Address of the table `blocks`.
-        step: Start t and length h [s].
-        room: Address of the values, and of `ANSWERS` bytes followed by room for a block of any type.
-        state: Operation at which the end was asked for or -1, this operation.
+        t: Start of the step [s].
+        h: Its length [s].
+        values: Address of the table of values.
+        scratch: Address of `ANSWERS` bytes, followed by memory for a block of any type.
         general: None if all FMUs are of FMI 2.0.
-
-    Returns:
-        Status and the first of `state` anew; see `heed`.
     """
-    ended = state[0]
-    slave = (whole(row, 0), 2 if general is None else whole(row, 1))
-    for j in range(whole(row, 3), whole(row, 4)):
-        status = _set(slave, row_at(blocks, BLOCK_WIDTH, j), room[0], room[1] + ANSWERS)
-        if status > WARNING:
-            return status, ended
+    component = integer_at(row, 0)
+    version = 2 if general is None else integer_at(row, 1)
+    typed = scratch + ANSWERS
+    for j in range(integer_at(row, 3), integer_at(row, 4)):
+        status = _set(component, version, row_at(blocks, BLOCK_WIDTH, j), values, typed)
+        if is_bad(status):
+            return FmuStep(status, SET, False)
     if general is None:
-        status = calls.do_step(whole(row, 2), slave[0], step[0], step[1])
+        answer = Answer(calls.do_step(integer_at(row, 2), component, t, h), False)
     else:
-        status, ended = _do_step(slave, whole(row, 2), step, room[1], state)
-    if status > WARNING:
-        return status, ended
-    for j in range(whole(row, 5), whole(row, 6)):
-        status = _get(slave, row_at(blocks, BLOCK_WIDTH, j), room[0], room[1] + ANSWERS)
-        if status > WARNING:
-            return status, ended
-    return 0, ended
+        answer = _do_step(component, version, integer_at(row, 2), t, h, scratch)
+    if is_bad(answer.status):
+        return FmuStep(answer.status, STEPPED, answer.asks_for_end)
+    for j in range(integer_at(row, 5), integer_at(row, 6)):
+        status = _get(component, version, row_at(blocks, BLOCK_WIDTH, j), values, typed)
+        if is_bad(status):
+            return FmuStep(status, GET, answer.asks_for_end)
+    return FmuStep(0, STEPPED, answer.asks_for_end)
 
 
 @inlined
-def _exchange(slave: tuple[int, int], block: int, data: int) -> int:
-    """Call a setter or getter: `slave` is (component, version), `block` the address of its row."""
-    function, references, n = whole(block, 0), whole(block, 1), whole(block, 2)
-    if slave[1] == 2:
-        return calls.exchange(function, slave[0], references, n, data)
-    return calls.exchange_3(function, slave[0], references, n, data, whole(block, 3))
+def _exchange(component: int, version: int, block: int, data: int) -> int:
+    """Call a setter or getter; `block` is the address of its row."""
+    function, references, n = integer_at(block, 0), integer_at(block, 1), integer_at(block, 2)
+    if version == 2:
+        return calls.exchange(function, component, references, n, data)
+    return calls.exchange_3(function, component, references, n, data, integer_at(block, 3))
 
 
 @inlined
-def _set(slave: tuple[int, int], block: int, values: int, typed: int) -> int:
+def _set(component: int, version: int, block: int, values: int, typed: int) -> int:
     """Set a block from the doubles of the table at `values`; other types pass through memory at `typed`."""
-    kind, data = whole(block, 4), row_at(values, 1, whole(block, 5))
+    kind, data = integer_at(block, 4), row_at(values, 1, integer_at(block, 5))
     if kind == FLOAT64:
-        return _exchange(slave, block, data)
-    if not pack(data, whole(block, 3), kind, typed):
+        return _exchange(component, version, block, data)
+    if not pack(data, integer_at(block, 3), kind, typed):
         return MISFIT
-    return _exchange(slave, block, typed)
+    return _exchange(component, version, block, typed)
 
 
 @inlined
-def _get(slave: tuple[int, int], block: int, values: int, typed: int) -> int:
-    """Get a block, the other way."""
-    kind, data = whole(block, 4), row_at(values, 1, whole(block, 5))
+def _get(component: int, version: int, block: int, values: int, typed: int) -> int:
+    """Get a block, the other way; after a failure the table keeps what it held."""
+    kind, data = integer_at(block, 4), row_at(values, 1, integer_at(block, 5))
     if kind == FLOAT64:
-        return _exchange(slave, block, data)
-    status = _exchange(slave, block, typed)
-    unpack(data, whole(block, 3), kind, typed)
+        return _exchange(component, version, block, data)
+    status = _exchange(component, version, block, typed)
+    if not is_bad(status):
+        unpack(data, integer_at(block, 3), kind, typed)
     return status
 
 
 @inlined
-def _do_step(
-    slave: tuple[int, int], function: int, step: tuple[float, float], answers: int, state: tuple[int, int]
-) -> tuple[int, int]:
-    """Make the step with an FMU of either version; see `turn` and `heed`."""
-    if slave[1] == 2:
-        return calls.do_step(function, slave[0], step[0], step[1]), state[0]
-    status = calls.do_step_3(function, slave[0], step[0], step[1], answers)
+def _do_step(component: int, version: int, function: int, t: float, h: float, answers: int) -> Answer:
+    """Make the step with an FMU of either version."""
+    if version == 2:
+        return Answer(calls.do_step(function, component, t, h), False)
+    status = calls.do_step_3(function, component, t, h, answers)
     if asks(answers):
-        return heed(slave, function, step, answers, (status, state[0], state[1]))
-    return status, state[0]
+        return handle_step_flags(component, function, t, h, answers, status)
+    return Answer(status, False)

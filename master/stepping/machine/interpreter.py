@@ -2,101 +2,134 @@
 
 from __future__ import annotations
 
-import hashlib
-from collections.abc import Callable
-from functools import lru_cache
-from pathlib import Path
-from typing import Any, NamedTuple
+from enum import IntEnum
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from master.fmi.native import calls
-from master.fmi.native.cells import LARGEST_SIZE, row_at, whole
+from master.fmi.native.cells import LARGEST_SIZE, integer_at, row_at
 from master.fmi.native.jit import inner
 
-from .fmu_step import ANSWERS, copy, record, turn
-from .operations import channel, close_loop, extrapolate
+from .fmu_step import ANSWERS, RESTORED, SAVED, STEPPED, copy, feed, record, step_fmu
+from .operations import ENDED_WITHIN, channel, close_loop, extrapolate, is_bad, mapped
 from .program import (
-    CHANNEL,
     CHECK,
+    COLLECT,
     COPY,
     COPY_WIDTH,
     EXTRAPOLATE,
+    FEED,
+    FEED_WIDTH,
     KEEP,
+    MAP,
     OPERATION_WIDTH,
     SAVE,
     SLAVE_WIDTH,
     STEP,
-    WARNING,
+    Floats,
+    Integers,
     Memory,
 )
 
-DONE, FAILED, OUT_OF_LIMITS, NOT_CONVERGED, TRIGGERED, ENDED = range(6)
-_COMPILED = (
-    "stepping/machine/interpreter",
-    "stepping/machine/fmu_step",
-    "stepping/machine/operations",
-    "stepping/machine/program",
-    "fmi/native/calls",
-    "fmi/native/cells",
-    "fmi/native/jit",
-    "fmi/value_types",
-)
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
-Bytes = NDArray[np.uint8]
+LARGEST = float(np.finfo(np.float64).max)  # the limit of a signal that has only to be finite
 
 
-class Watch(NamedTuple):
+class Stop(IntEnum):
+    """Why an execution stopped."""
+
+    DONE = 0
+    FAILED = 1
+    OUT_OF_LIMITS = 2
+    NOT_CONVERGED = 3
+    TRIGGERED = 4
+    ASKED_FOR_END = 5
+
+
+DONE, FAILED, OUT_OF_LIMITS, NOT_CONVERGED, TRIGGERED, ASKED_FOR_END = map(int, Stop)
+
+
+class Execution(NamedTuple):
     """
-    What is looked at after each tick: all arrays have one element a signal or trigger.
+    How an execution of ticks ended.
 
-    `record`: places in the table of values; `limits`: their largest allowed magnitudes.
-    `triggers`: [place, 1 if armed]; `thresholds`: [sign, threshold]; a trigger fires once, where
-    sign * (value - threshold) > 0.
+    `ticks`: number of complete ones. `where`: the operation (FAILED, ASKED_FOR_END), recorded signal
+    (OUT_OF_LIMITS), row of `residuals` (NOT_CONVERGED) or trigger (TRIGGERED). `status` and `call` of an FMU:
+    see `Deviation` and `Call`.
+    """
+
+    stop: int
+    ticks: int
+    where: int
+    status: int
+    call: int
+
+
+class LimitMonitor(NamedTuple):
+    """
+    What is looked at after each tick: all arrays have one element a recorded signal or trigger.
+
+    `record`: places in the table of values; `limits`: their largest allowed magnitudes; `used`: 0 for a
+    signal that nobody uses, which does not end the execution; `first_beyond`: for such a one the first tick
+    after which it was beyond its limit or not finite, -1 before. `triggers`: [place, 1 if armed];
+    `thresholds`: [sign, threshold]; a trigger fires once, where sign * (value - threshold) > 0.
     """
 
     record: Integers
     limits: Floats
+    used: Integers
+    first_beyond: Integers
     triggers: Integers
     thresholds: Floats
 
 
+def finite_only(places: NDArray[np.int64]) -> LimitMonitor:
+    """Record signals that have only to be finite."""
+    n = len(places)
+    return LimitMonitor(
+        record=places,
+        limits=np.full(n, LARGEST),
+        used=np.ones(n, dtype=np.int64),
+        first_beyond=np.full(n, -1, dtype=np.int64),
+        triggers=np.zeros((0, 2), dtype=np.int64),
+        thresholds=np.zeros((0, 2)),
+    )
+
+
 @inner
-def _move(values: Floats, rings: Floats, channels: Floats, k: int, operation: tuple[int, ...]) -> None:
-    """Execute KEEP, EXTRAPOLATE or CHANNEL in tick k."""
-    code, a, b, c, d = operation
+def _move(memory: Memory, k: int, code: int, a: int, b: int, c: int, d: int) -> None:
+    """Execute KEEP, COLLECT, EXTRAPOLATE, CHANNEL or MAP in tick k."""
+    values, rings = memory.values, memory.rings
     if code == KEEP:
         cell = c + k % d
         oldest = rings[cell]
         rings[cell] = values[a]
         values[b] = oldest
+    elif code == COLLECT:
+        values[b + k % c] = values[a]
     elif code == EXTRAPOLATE:
         values[a] = extrapolate(rings, c, b, values[a])
+    elif code == MAP:
+        values[b] = mapped(memory.maps, c, d, values[a])
     else:
-        values[a] = channel(channels[b], rings, c, d, k, values[a])
+        values[a] = channel(memory.channels[b], rings, c, d, k, values[a])
 
 
 @inner
-def _iterate(memory: Memory, i: int, ended: int) -> tuple[int, int, int, int]:
-    """Execute SAVE, RESTORE or CHECK; give the status and the results of `close_loop`."""
-    code, a, function = memory.operations[i, 0], memory.operations[i, 2], memory.operations[i, 3]
-    if code == CHECK:
-        i, ended, worst = close_loop(memory, a, i, ended)
-        return 0, i, ended, worst
-    argument = memory.states.ctypes.data + 8 * a if code == SAVE else memory.states[a]
-    return calls.state(function, memory.slaves[a, 0], argument), i, ended, -1
+def _save_or_restore(memory: Memory, code: int, slave: int, function: int) -> int:
+    """Execute SAVE or RESTORE; give the status."""
+    argument = memory.states.ctypes.data + 8 * slave if code == SAVE else memory.states[slave]
+    return calls.state(function, memory.slaves[slave, 0], argument)
 
 
 @inner
-def _triggered(values: Floats, watch: Watch) -> int:
+def _triggered(values: Floats, monitor: LimitMonitor) -> int:
     """Give the first trigger that fires and disarm it, or -1."""
-    for j in range(watch.triggers.shape[0]):
-        value = values[watch.triggers[j, 0]]
-        if watch.triggers[j, 1] and watch.thresholds[j, 0] * (value - watch.thresholds[j, 1]) > 0.0:
-            watch.triggers[j, 1] = 0
+    for j in range(monitor.triggers.shape[0]):
+        value = values[monitor.triggers[j, 0]]
+        if monitor.triggers[j, 1] and monitor.thresholds[j, 0] * (value - monitor.thresholds[j, 1]) > 0.0:
+            monitor.triggers[j, 1] = 0
             return j
     return -1
 
@@ -111,118 +144,120 @@ def _n_first(record: Integers) -> int:
 
 
 @inner
-def _first_beyond(values: Floats, watch: Watch) -> int:
-    j = 0
-    while abs(values[watch.record[j]]) <= watch.limits[j]:
-        j += 1
-    return j
+def _first_beyond(values: Floats, monitor: LimitMonitor, k: int) -> int:
+    """Give the first signal that is used and beyond its limit, or -1; note the others."""
+    for j in range(monitor.record.size):
+        if not abs(values[monitor.record[j]]) <= monitor.limits[j]:
+            if monitor.used[j]:
+                return j
+            if monitor.first_beyond[j] < 0:
+                monitor.first_beyond[j] = k
+    return -1
 
 
 @inner
-def _outcome(values: Floats, watch: Watch, n_beyond: int, ended: int) -> tuple[int, int]:
-    """DONE, or with its first cause OUT_OF_LIMITS, ENDED or TRIGGERED."""
+def _after_tick(
+    memory: Memory, monitor: LimitMonitor, k: int, row: int, n_beyond: int, ended: int
+) -> Execution:
+    """DONE, or with its first cause OUT_OF_LIMITS, ASKED_FOR_END or TRIGGERED, after tick k of row `row`."""
     if n_beyond > 0:
-        return OUT_OF_LIMITS, _first_beyond(values, watch)
+        beyond = _first_beyond(memory.values, monitor, k)
+        if beyond >= 0:
+            return Execution(OUT_OF_LIMITS, row + 1, beyond, 0, 0)
     if ended >= 0:
-        return ENDED, ended
-    trigger = _triggered(values, watch)
-    return (TRIGGERED, trigger) if trigger >= 0 else (DONE, 0)
+        return Execution(ASKED_FOR_END, row + 1, ended, 0, 0)
+    trigger = _triggered(memory.values, monitor)
+    if trigger >= 0:
+        return Execution(TRIGGERED, row + 1, trigger, 0, 0)
+    return Execution(DONE, row + 1, 0, 0, 0)
 
 
+@inner
 def execute(
     memory: Memory,
-    watch: Watch,
-    grid: tuple[float, float],
-    ticks: tuple[int, int],
+    monitor: LimitMonitor,
+    t0: float,
+    h: float,
+    begin: int,
+    end: int,
     rows: Floats,
     general: bool | None = True,
-) -> tuple[int, int, int, int]:
+) -> Execution:
     """
     Execute ticks and record one row after each.
 
     Args:
         memory: Operations of one tick and what they work on.
-        watch: What is recorded, and what ends the execution.
-        grid: t0 [s] and step size h [s]; tick k goes from t0 + k h to t0 + (k+1) h.
-        ticks: First tick and the one behind the last.
+        monitor: What is recorded, and what ends the execution.
+        t0: Start of tick 0 [s].
+        h: Length of a tick [s]; tick k goes from t0 + k h to t0 + (k+1) h.
+        begin: First tick.
+        end: The one after the last.
         rows: Values after each tick, shape (ticks, recorded signals), written.
         general: None for a program that `is_plain`: numba leaves out what it does not need.
-
-    Returns:
-        Outcome, number of complete ticks, what it is about (FAILED, ENDED: operation, OUT_OF_LIMITS: signal,
-        NOT_CONVERGED: row of `residuals`, TRIGGERED: trigger), FMI status.
     """
-    values, n_operations, operations = (
-        memory.values,
-        memory.operations.shape[0],
-        memory.operations.ctypes.data,
-    )
-    slaves, blocks, data = memory.slaves.ctypes.data, memory.blocks.ctypes.data, values.ctypes.data
+    operations, n_operations = memory.operations.ctypes.data, memory.operations.shape[0]
+    slaves, blocks = memory.slaves.ctypes.data, memory.blocks.ctypes.data
     copies, conversions = memory.copies.ctypes.data, memory.conversions.ctypes.data
-    scratch = np.zeros(ANSWERS + LARGEST_SIZE * values.size, np.uint8)
-    observed, has_triggers = (watch.record.ctypes.data, watch.limits.ctypes.data), watch.triggers.shape[0] > 0
-    n_recorded, written = (_n_first(watch.record), watch.record.size), rows.ctypes.data
-    (t0, h), room = grid, (data, scratch.ctypes.data)
-    for k in range(ticks[0], ticks[1]):
-        i, status, worst, ended, row = 0, 0, -1, -1, k - ticks[0]
+    feeds, measured, n_columns = (
+        memory.feeds.ctypes.data,
+        memory.measured.ctypes.data,
+        memory.measured.shape[1],
+    )
+    values = memory.values.ctypes.data
+    scratch = np.zeros(ANSWERS + LARGEST_SIZE * memory.values.size, np.uint8)
+    scratch_at = scratch.ctypes.data  # taken once: in the loop its references would be counted each step
+    places, limits = monitor.record.ctypes.data, monitor.limits.ctypes.data
+    n_first, n_recorded, written = _n_first(monitor.record), monitor.record.size, rows.ctypes.data
+    has_triggers = monitor.triggers.shape[0] > 0
+    for k in range(begin, end):
+        i, ended, row = 0, -1, k - begin
         while i < n_operations:
             at = row_at(operations, OPERATION_WIDTH, i)
-            code, every, a, b = whole(at, 0), whole(at, 1), whole(at, 2), whole(at, 3)
+            code, every, a, b = integer_at(at, 0), integer_at(at, 1), integer_at(at, 2), integer_at(at, 3)
             if every > 1 and (k + 1) % every != 0:
                 pass
             elif code == COPY:
-                copy(row_at(copies, COPY_WIDTH, a), row_at(copies, COPY_WIDTH, b), conversions, data)
+                copy(row_at(copies, COPY_WIDTH, a), row_at(copies, COPY_WIDTH, b), conversions, values)
             elif code == STEP:
-                step = (t0 + (k + 1 - every) * h, every * h)
-                status, ended = turn(row_at(slaves, SLAVE_WIDTH, a), blocks, step, room, (ended, i), general)
+                length = integer_at(at, 4)
+                t = t0 + (k + 1 - b) * h
+                slave = row_at(slaves, SLAVE_WIDTH, a)
+                step = step_fmu(slave, blocks, t, length * h, values, scratch_at, general)
+                if is_bad(step.status):
+                    return Execution(FAILED, row, i, step.status, step.call)
+                if general is not None and step.asks_for_end:
+                    if b != length:  # more steps follow in this tick, but not of an FMU that has ended
+                        return Execution(FAILED, row, i, ENDED_WITHIN, STEPPED)
+                    ended = i
+            elif code == FEED:
+                tick = row_at(measured, n_columns, k + 1)
+                feed(row_at(feeds, FEED_WIDTH, a), row_at(feeds, FEED_WIDTH, b), tick, values)
             elif general is None:
                 pass
-            elif code <= CHANNEL:
-                operation = (code, a, b, whole(at, 4), whole(at, 5))
-                _move(values, memory.rings, memory.channels, k, operation)
+            elif code <= MAP:
+                _move(memory, k, code, a, b, integer_at(at, 4), integer_at(at, 5))
+            elif code == CHECK:
+                decision = close_loop(memory, a, i)
+                if decision.worst >= 0:
+                    return Execution(NOT_CONVERGED, row, decision.worst, 0, 0)
+                i = decision.operation
+                if not decision.closed:
+                    ended = -1  # what was asked for in a pass is taken back with it
             else:
-                status, i, ended, worst = _iterate(memory, i, ended)
-            if worst >= 0 or status > WARNING:
-                return (NOT_CONVERGED, row, worst, 0) if worst >= 0 else (FAILED, row, i, status)
+                status = _save_or_restore(memory, code, a, b)
+                if is_bad(status):
+                    return Execution(FAILED, row, i, status, SAVED if code == SAVE else RESTORED)
             i += 1
-        n_beyond = record(row_at(written, n_recorded[1], row), data, observed, n_recorded)
+        n_beyond = record(row_at(written, n_recorded, row), values, places, limits, n_first, n_recorded)
         if n_beyond > 0 or ended >= 0 or has_triggers:
-            outcome, where = _outcome(values, watch, n_beyond, ended)
-            if outcome != DONE:
-                return outcome, row + 1, where, 0
-    return DONE, ticks[1] - ticks[0], 0, 0
+            after = _after_tick(memory, monitor, k, row, n_beyond, ended)
+            if after.stop != DONE:
+                return after
+    scratch[0] = 0  # used until here: numba frees an array after its last use, whoever has its address
+    return Execution(DONE, end - begin, 0, 0, 0)
 
 
 def is_plain(memory: Memory) -> bool:
     """Whether a program holds only copies and steps of FMUs 2.0, as most do."""
     return bool((memory.operations[:, 0] <= STEP).all() and (memory.slaves[:, 1] == 2).all())
-
-
-@lru_cache(maxsize=1)
-def compiled() -> Callable[..., tuple[int, int, int, int]]:
-    """
-    Give `execute` as numba-compiled code, kept on disk between processes.
-
-    It is kept beside this file or, where that cannot be written, in the user's cache; where neither can
-    be, it is compiled for this process alone.
-    """
-    from numba import njit
-
-    try:
-        dispatcher: Any = njit(cache=True, error_model="numpy")(execute)
-    except RuntimeError:
-        dispatcher = njit(error_model="numpy")(execute)
-    else:
-        # numba looks at this file alone and would load old code where only a function it calls has changed
-        dispatcher._cache._cache_file._source_stamp = _stamp()
-
-    def run(memory: Memory, *run: Any) -> tuple[int, int, int, int]:
-        return dispatcher(memory, *run, None if is_plain(memory) else True)  # type: ignore[no-any-return]
-
-    return run
-
-
-def _stamp() -> str:
-    folder = Path(__file__).parents[2]
-    texts = [(folder / f"{name}.py").read_bytes() for name in _COMPILED]
-    return hashlib.sha256(b"".join(texts)).hexdigest()

@@ -1,50 +1,125 @@
-"""The flat program that `stepping` executes each tick, and the memory that it works on."""
+"""
+The flat program that `execute` runs each tick, and the memory that it works on.
+
+In tick k (from t0 + k h to t0 + (k + 1) h) the operations are executed from first to last. An operation is a
+row [code, every, a, b, c, d]; it is skipped unless k + 1 is a multiple of `every`. `values` is the table of
+values, one place for each signal; a connection with a unit conversion has factor and offset in `conversions`.
+
+| code        | a      | b         | c          | d | what it does                                       |
+|-------------|--------|-----------|------------|---|----------------------------------------------------|
+| COPY        | first  | after     |            |   | for rows [source, target, conversion] of `copies`  |
+|             |        |           |            |   | from `first` to before `after`, in order:          |
+|             |        |           |            |   | values[target] = factor * values[source] + offset  |
+| FEED        | first  | after     |            |   | for those rows [target, column] of `feeds`:        |
+|             |        |           |            |   | values[target] = measured[k + 1, column]           |
+| STEP        | slave  | back      | length     |   | sets the inputs of the slave from `values`; one    |
+|             |        |           |            |   | step from t0 + (k + 1 - back) h over length * h;   |
+|             |        |           |            |   | gets its outputs into `values`                     |
+| KEEP        | source | target    | first cell | n | values[target] = what values[source] was n         |
+|             |        |           |            |   | executions ago, in n cells of `rings`              |
+| COLLECT     | source | first     | n          |   | values[first + k mod n] = values[source]           |
+| EXTRAPOLATE | target | order     | first cell |   | values[target] = polynomial through it and what it |
+|             |        |           |            |   | was in the last `order` executions, one further    |
+| CHANNEL     | target | row       | first cell | n | values[target] passes the fault in that row of     |
+|             |        |           |            |   | `channels`, its past in n cells of `rings`         |
+| MAP         | source | target    | first      | n | values[target] = second of that of n rows of       |
+|             |        |           |            |   | `maps` whose first is values[source], else itself  |
+| SAVE        | slave  | get_state |            |   | states[slave] = state of the slave                 |
+| RESTORE     | slave  | set_state |            |   | state of the slave = states[slave]                 |
+| CHECK       | loop   |           |            |   | goes on if each residual of that row of `loops` is |
+|             |        |           |            |   | within its tolerance, else back to its operation;  |
+|             |        |           |            |   | ends the execution after its most passes           |
+
+The steps of an FMU that answer with anything but OK or WARNING end the execution, as do getters, setters,
+SAVE and RESTORE; so does an integer input that its type does not hold.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from enum import IntEnum
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-COPY, STEP, KEEP, EXTRAPOLATE, CHANNEL, SAVE, RESTORE, CHECK = range(8)
-
-OPERATION_WIDTH, BLOCK_WIDTH, SLAVE_WIDTH, COPY_WIDTH = 6, 6, 7, 3  # cells of a row, see `Memory`
-
-WARNING = 1  # the worst status of FMI with which a run goes on
-
-PASS, FREEZE, DROP = range(3)
-MODE, OFFSET, DELAY, JITTER, FALLBACK, RANDOM, DRAWN, MORE, HELD = range(9)
-
 Integers = NDArray[np.int64]
 Floats = NDArray[np.float64]
+
+
+class Operation(IntEnum):
+    """Codes of operations; the first three make up a plain program, see `is_plain`."""
+
+    COPY = 0
+    FEED = 1
+    STEP = 2
+    KEEP = 3
+    COLLECT = 4
+    EXTRAPOLATE = 5
+    CHANNEL = 6
+    MAP = 7
+    SAVE = 8
+    RESTORE = 9
+    CHECK = 10
+
+
+class Mode(IntEnum):
+    """What a channel does with its value: pass it on, hold the last one, or give the start value."""
+
+    PASS = 0
+    FREEZE = 1
+    DROP = 2
+
+
+class Channel(IntEnum):
+    """Columns of a row of `channels`."""
+
+    MODE = 0
+    OFFSET = 1
+    DELAY = 2
+    JITTER = 3
+    FALLBACK = 4
+    RANDOM = 5
+    DRAWN = 6
+    MORE = 7
+    HELD = 8
+
+
+# The same as integers, for compiled code: enumerations there cost seconds of compilation.
+COPY, FEED, STEP, KEEP, COLLECT, EXTRAPOLATE, CHANNEL, MAP, SAVE, RESTORE, CHECK = map(int, Operation)
+PASS, FREEZE, DROP = map(int, Mode)
+MODE, OFFSET, DELAY, JITTER, FALLBACK, RANDOM, DRAWN, MORE, HELD = map(int, Channel)
+
+# Cells of a row, see `Memory`.
+OPERATION_WIDTH = 6
+BLOCK_WIDTH = 6
+SLAVE_WIDTH = 7
+COPY_WIDTH = 3
+FEED_WIDTH = 2
+CONVERSION_WIDTH = 2
+MAP_WIDTH = 2
+LOOP_WIDTH = 5
+RESIDUAL_WIDTH = 3
 
 
 class Memory(NamedTuple):
     """
     Arrays of a program.
 
-    `operations` has a row [code, every, a, b, c, d] for each operation:
-
-        COPY         first row, behind the last            the `copies` in these rows
-        STEP         slave                                 its inputs, one step of `every` ticks, its outputs
-        KEEP         source, target, first cell, n cells   the value of n ticks ago, through a ring
-        EXTRAPOLATE  target, order, first cell             to the end of the step, from the last values
-        CHANNEL      target, row, first cell, n cells      a fault of the measuring chain, see `channels`
-        SAVE         slave, get_state                      state of the slave -> states
-        RESTORE      slave, set_state                      states -> state of the slave
-        CHECK        loop                                  back to the loop's start until its wires agree
-
+    `operations`: [code, every, a, b, c, d], see the table of this module
     `blocks`: [setter or getter, address of the references, n, n values, type, first place in values]
-    `slaves`: [component, FMI version, do_step, first block to set, behind the last, first to get, behind]
-    `copies`: [source, target, conversion]: values[target] = factor * values[source] + offset
+    `slaves`: [component, FMI version, do_step, first block to set, after the last, first to get, after]
+    `copies`: [source, target, conversion]
     `conversions`: [factor, offset]
+    `maps`: [value, what MAP puts in its place]
+    `feeds`: [target, column]
+    `measured`: values that FEED copies, a row for each tick and one before the first
+    `values`: one place for each signal
     `rings`: cells of KEEP, EXTRAPOLATE and CHANNEL
     `states`: address of each slave's saved state
-    `loops`: [operation to go back to, first row of `residuals`, behind the last, most passes, passes]
-    `residuals`: [source, target, conversion] of a wire that a loop must close, `tolerances` for each
-    `channels`: [mode, offset, delay, jitter, fallback, random, its tick, drawn age, held] under a scenario
+    `loops`: [operation to go back to, first row of `residuals`, after the last, most passes, passes]
+    `residuals`: [source, target, conversion]: |factor * source + offset - target|, at most `tolerances`
+    `channels`: a row of columns as in `Channel` for each connection under a scenario
     """
 
     operations: Integers
@@ -52,6 +127,9 @@ class Memory(NamedTuple):
     slaves: Integers
     copies: Integers
     conversions: Floats
+    maps: Floats
+    feeds: Integers
+    measured: Floats
     values: Floats
     rings: Floats
     states: Integers
@@ -59,6 +137,17 @@ class Memory(NamedTuple):
     residuals: Integers
     tolerances: Floats
     channels: Floats
+
+
+class BlockRow(NamedTuple):
+    """A row of `blocks`: one call of a setter or getter."""
+
+    function: int
+    references: int
+    n: int
+    n_values: int
+    value_type: int
+    place: int
 
 
 @dataclass
@@ -92,12 +181,27 @@ class Program:
         for code, _, a, b, c, d in self.operations:
             if code == KEEP:
                 self.rings[c : c + d] = self.values[a]
+            elif code == COLLECT:
+                self.values[b : b + c] = self.values[a]
             elif code == EXTRAPOLATE:
                 self.rings[c : c + b] = self.values[a]
             elif code == CHANNEL:
                 self.rings[c : c + d] = self.values[a]
                 self.memory.channels[b, HELD] = self.values[a]
 
+    def feed(self, measured: Floats) -> None:
+        """Let FEED copy from other values, shape (ticks + 1, columns)."""
+        self.memory = self.memory._replace(measured=np.ascontiguousarray(measured))
+
     def instance_of(self, operation: int) -> str:
         """Name the slave that an operation belongs to."""
         return self.names[int(self.operations[operation, 2])]
+
+    def blocks_to_set(self, operation: int) -> list[BlockRow]:
+        """Setters that a STEP calls."""
+        first, after = self.memory.slaves[self.operations[operation, 2], 3:5]
+        return [BlockRow(*row) for row in self.memory.blocks[first:after].tolist()]
+
+    def signal_at(self, place: int) -> str:
+        """Name the signal at a place of the table of values."""
+        return next(name for name, at in self.place.items() if at == place)

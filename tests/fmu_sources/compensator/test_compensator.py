@@ -4,14 +4,14 @@ import math
 
 import numpy as np
 import pytest
-from made import OFF, make, parameters, step
 
 from fmu_sources.compensator.compensator import MODEL
 from fmu_sources.compensator.difference import process_parameters
-from fmu_sources.compensator.ports import Identifier
+from fmu_sources.compensator.identifiers.framework.catalogue import IdentifierChoice as Identifier
 from fmu_sources.export.dependencies import initial_dependencies
 from fmu_sources.framework.instance import ModelError
 from fmu_sources.framework.variables import Role
+from tests.fmu_sources.compensator.made import OFF, make, parameters, step
 
 OUTPUTS = ["f_des", "s_cmd", "df", "m_e_id", "k_m_id", "c_m_id", "k_p_id", "c_p_id", "attributes_valid"]
 

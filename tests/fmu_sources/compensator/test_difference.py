@@ -2,7 +2,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from made import CONTACTS, T, parameters, polynomials
 from scipy.signal import cont2discrete
 
 from fmu_sources.compensator.difference import (
@@ -14,6 +13,7 @@ from fmu_sources.compensator.difference import (
     weight,
 )
 from fmu_sources.framework.arithmetic import PYTHON
+from tests.fmu_sources.compensator.made import CONTACTS, T, parameters, polynomials
 
 METHODS = {
     DifferenceMethod.backward: "backward_diff",

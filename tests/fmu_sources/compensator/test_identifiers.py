@@ -2,14 +2,15 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from made import OFF, T, make, parameters, step
 from scipy.signal import lfilter
 
-from fmu_sources.compensator import kalman, rls
 from fmu_sources.compensator.difference import process_parameters
-from fmu_sources.compensator.ports import Identifier
+from fmu_sources.compensator.identifiers import rls
+from fmu_sources.compensator.identifiers.framework import recursion
+from fmu_sources.compensator.identifiers.framework.catalogue import IdentifierChoice as Identifier
 from fmu_sources.compensator.tuning import F, L, Preset, low_pass, prefilter_share
 from fmu_sources.framework.arithmetic import PYTHON
+from tests.fmu_sources.compensator.made import OFF, T, make, parameters, step
 
 ROWS, COLUMNS = np.triu_indices(5)
 
@@ -24,15 +25,15 @@ def measurements(n=40, seed=1):
 
 
 def test_the_covariance_is_packed_row_by_row():
-    assert kalman.diagonal(2.0, 3.0) == packed(np.diag([2.0, 2.0, 3.0, 3.0, 3.0]))
+    assert recursion.diagonal(2.0, 3.0) == packed(np.diag([2.0, 2.0, 3.0, 3.0, 3.0]))
 
 
 def test_the_kalman_filter_equals_its_matrix_form():
     Q, R = np.diag([1e-3, 1e-3, 2e-2, 2e-2, 2e-2]), 0.3
-    Y, P = (0.0,) * 5, kalman.diagonal(2.0, 3.0)
+    Y, P = (0.0,) * 5, recursion.diagonal(2.0, 3.0)
     y, p = np.zeros(5), np.diag([2.0, 2.0, 3.0, 3.0, 3.0])
     for H, z in zip(*measurements(), strict=True):
-        Y, P = kalman.corrected(Y, kalman.predicted(P, 1e-3, 2e-2), tuple(H), z, R, PYTHON)
+        Y, P = recursion.corrected(Y, recursion.predicted(P, 1e-3, 2e-2), tuple(H), z, R, PYTHON)
         p = p + Q
         K = p @ H / (H @ p @ H + R)
         y = y + K * (z - H @ y)
@@ -45,10 +46,10 @@ def test_the_kalman_filter_equals_its_matrix_form():
 def test_least_squares_solve_the_weighted_normal_equations():
     H, z = measurements()
     forgetting_factor, P0 = 0.9, 1e2
-    Y, P = (0.0,) * 5, kalman.diagonal(P0, P0)
+    Y, P = (0.0,) * 5, recursion.diagonal(P0, P0)
     for row, value in zip(H, z, strict=True):
-        P = rls.predicted(P, rls.forgetting(P, forgetting_factor, PYTHON))
-        Y, P = kalman.corrected(Y, P, tuple(row), value, rls.R, PYTHON)
+        P = recursion.inflated(P, rls.forgetting(P, forgetting_factor, PYTHON))
+        Y, P = recursion.corrected(Y, P, tuple(row), value, rls.R, PYTHON)
     w = forgetting_factor ** np.arange(len(z) - 1, -1, -1)
     normal = (H.T * w) @ H + forgetting_factor ** len(z) / P0 * np.eye(5)
 
@@ -56,11 +57,11 @@ def test_least_squares_solve_the_weighted_normal_equations():
 
 
 def test_least_squares_do_not_wind_up_without_bound():
-    P = kalman.diagonal(1.0, 1.0)
+    P = recursion.diagonal(1.0, 1.0)
     for _ in range(20_000):
-        P = rls.predicted(P, rls.forgetting(P, 0.9, PYTHON))
+        P = recursion.inflated(P, rls.forgetting(P, 0.9, PYTHON))
 
-    assert sum(P[i] for i in kalman.DIAGONAL) <= rls.LARGEST_TRACE / 0.9
+    assert sum(P[i] for i in recursion.DIAGONAL) <= rls.LARGEST_TRACE / 0.9
 
 
 def test_the_prefilter_is_two_low_passes():

@@ -4,13 +4,13 @@ import math
 
 import numpy as np
 import pytest
-from made import OFF, T, make, parameters, step
 from scipy.signal import bilinear, lfilter, lfilter_zi
 
 from fmu_sources.compensator.contact_force import correction
 from fmu_sources.compensator.difference import process_parameters
+from fmu_sources.compensator.identifiers.framework.catalogue import IdentifierChoice as Identifier
 from fmu_sources.compensator.phase_lead import GainConvention
-from fmu_sources.compensator.ports import Identifier
+from tests.fmu_sources.compensator.made import OFF, T, make, parameters, step
 
 LAG = math.radians(33.2)
 S = 0.01 * np.sin(0.02 * np.arange(1, 200)) + 0.004

@@ -12,21 +12,13 @@ from scipy.integrate import solve_ivp
 from fmu_sources.composed.composition import with_effect
 from fmu_sources.effects.catalogue import candidates, effect
 from fmu_sources.effects.framework.effect import Applied, Effect, Rms
+from fmu_sources.export.native.casadi_arithmetic import CASADI
 from fmu_sources.export.units import si_exponents
 from fmu_sources.framework.instance import Instance
 from fmu_sources.framework.variables import parameter, sampled, state
 from fmu_sources.motion_simulator import motion_simulator_linear
 
 RMS = Rms(value=10.0, position=0.01, velocity=0.2, load=100.0, duration=1.0)
-
-
-class Symbols:
-    """Arithmetic on CasADi symbols, as the native export needs it."""
-
-    pi = math.pi
-    sqrt, exp, log, sin, cos = casadi.sqrt, casadi.exp, casadi.log, casadi.sin, casadi.cos
-    tan, tanh, floor, fabs, where = casadi.tan, casadi.tanh, casadi.floor, casadi.fabs, casadi.if_else
-    both = casadi.logic_and
 
 
 def run(model, n=400, **given):
@@ -93,10 +85,10 @@ def test_every_fitting_effect_traces_to_symbols(oscillator):
         )
         t = casadi.SX.sym("t")
         for equation, kind in (("derivatives", model.continuous), ("outputs", model.results)):
-            traced = kind.flat(getattr(model, equation)(t, x, u, p, Symbols))
+            traced = kind.flat(getattr(model, equation)(t, x, u, p, CASADI))
             assert all(isinstance(expression, (casadi.SX, float)) for expression in traced), (slot, name)
-        model.update(t, x, u, p, Symbols)
-        model.initial(x, u, p, Symbols)
+        model.update(t, x, u, p, CASADI)
+        model.initial(x, u, p, CASADI)
 
 
 def test_states_advance_once_though_the_slot_is_called_in_two_equations(oscillator):

@@ -6,10 +6,10 @@ import importlib.util
 
 import numpy as np
 import pytest
-from hexapod import N, at_rest
 
 from fmu_sources.framework.arithmetic import PYTHON
 from fmu_sources.motion_simulator.motion_simulator import MODEL
+from tests.fmu_sources.motion_simulator.hexapod import N, at_rest
 
 pytestmark = pytest.mark.skipif(
     importlib.util.find_spec("casadi") is None,

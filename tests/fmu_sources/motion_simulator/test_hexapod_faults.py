@@ -3,12 +3,12 @@ from __future__ import annotations
 import math
 
 import pytest
-from hexapod import PARAMETERS, SAMPLE, at_rest, run
 
 from fmu_sources.framework.arithmetic import PYTHON
 from fmu_sources.framework.instance import Instance, ModelError
 from fmu_sources.motion_simulator.geometry import leg_lengths
 from fmu_sources.motion_simulator.motion_simulator import MODEL
+from tests.fmu_sources.motion_simulator.hexapod import PARAMETERS, SAMPLE, at_rest, run
 
 POSITIVE = (
     *("base_radius", "platform_radius", "height", "l_min", "l_max"),

@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 import pytest
-from hexapod import NEUTRAL, PARAMETERS
 
 from fmu_sources.framework.arithmetic import PYTHON
 from fmu_sources.motion_simulator.dynamics import mechanics
@@ -16,6 +15,7 @@ from fmu_sources.motion_simulator.geometry import (
     platform_joints,
 )
 from fmu_sources.motion_simulator.solve import solve
+from tests.fmu_sources.motion_simulator.hexapod import NEUTRAL, PARAMETERS
 
 POSE = (0.05, -0.08, 0.11, 0.2, -0.15, 0.3)
 TWIST = (0.3, -0.2, 0.4, 0.5, 0.6, -0.7)

@@ -4,14 +4,14 @@ import math
 
 import numpy as np
 import pytest
-from hexapod import NEUTRAL, PARAMETERS
-from mujoco_hexapod import Oracle
 
 from fmu_sources.framework.arithmetic import PYTHON
 from fmu_sources.framework.integrate import runge_kutta_4
 from fmu_sources.motion_simulator.dynamics import accelerations, holding_forces, mechanics
 from fmu_sources.motion_simulator.geometry import angle_rates, base_joints, platform_joints
 from fmu_sources.motion_simulator.inertia import PointMass, mass_matrix, platform_inertia, platform_mass
+from tests.fmu_sources.motion_simulator.hexapod import NEUTRAL, PARAMETERS
+from tests.fmu_sources.motion_simulator.mujoco_hexapod import Oracle
 
 REFLECTED = PARAMETERS.J * (2 * math.pi / PARAMETERS.lead) ** 2
 SPREAD_POSE = np.array([0.15, 0.15, 0.15, 0.2, 0.2, 0.2])

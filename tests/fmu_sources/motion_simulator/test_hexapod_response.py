@@ -4,8 +4,9 @@ import math
 
 import numpy as np
 import pytest
-from hexapod import NEUTRAL, N, at_rest, linearise, phase, read, response
 from scipy.optimize import brentq
+
+from tests.fmu_sources.motion_simulator.hexapod import NEUTRAL, N, at_rest, linearise, phase, read, response
 
 OFFSET_POSE = (0.15, 0.1, 0.1, 0.1, 0.0, 0.0)
 SINE, AMPLITUDE = 2.6, 0.01  # Hz, m

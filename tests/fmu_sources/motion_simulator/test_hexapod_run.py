@@ -5,13 +5,13 @@ import time
 
 import numpy as np
 import pytest
-from hexapod import NEUTRAL, PARAMETERS, SAMPLE, at_rest, read, run
 
 from fmu_sources.framework.arithmetic import PYTHON
 from fmu_sources.framework.instance import Instance, ModelError
 from fmu_sources.motion_simulator.geometry import leg_lengths
 from fmu_sources.motion_simulator.hexapod_variables import LIMITS
 from fmu_sources.motion_simulator.motion_simulator import MODEL, MotionSimulator
+from tests.fmu_sources.motion_simulator.hexapod import NEUTRAL, PARAMETERS, SAMPLE, at_rest, read, run
 
 STATE_NAMES = [n for n in MODEL.states.names if not n.endswith("_time")]
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 
 import pytest
-from loops_of_stubs import STEP, linearisation_of, mass
-from stubs import METRE, NEWTON, bench, gain, wire
+
+from tests.master.analysis.loops_of_stubs import STEP, linearisation_of, mass
+from tests.stubs import METRE, NEWTON, bench, gain, wire
 
 
 @pytest.fixture

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from stubs import METRE, NEWTON, Block, variables
-
 from master.analysis.closed_loop.linearise import Linearisation
-from master.analysis.conventions import Conventions
 from master.experiment.experiment import Experiment
+from tests.stubs import METRE, NEWTON, Block, variables
 
 STEP = 1e-3
 
@@ -28,4 +26,4 @@ def mass(m=1.0):
 
 def linearisation_of(stubs):
     experiment = Experiment(stubs.loaded.config, None, stubs.system, stubs.schedule)
-    return Linearisation(experiment, Conventions(), stubs.factory)
+    return Linearisation(experiment, stubs.factory)

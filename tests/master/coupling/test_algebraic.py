@@ -1,8 +1,7 @@
 """Algebraic loops are found from ModelStructure, named, and what the order does to them is said."""
 
-from stubs import bench, gain, integrator, wire
-
 from master.coupling.algebraic import algebraic_loops
+from tests.stubs import bench, gain, integrator, wire
 
 RING = [wire("a.y", "b.u"), wire("b.y", "a.u")]
 

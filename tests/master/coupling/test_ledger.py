@@ -1,11 +1,9 @@
-import random
-
 import numpy as np
 import pytest
-from stubs import Block, bench, clock, gain, integrator, mark, variables, wire
 
 from master.coupling.ledger import MOST_LOOPS
 from master.fmi.description import DeclaredDelay
+from tests.stubs import Block, bench, clock, gain, integrator, mark, variables, wire
 
 TRANSIENT, TICKS = 24, 60
 
@@ -75,65 +73,6 @@ def test_a_wire_from_an_fmu_to_itself_is_one_step_old():
     made = bench({"a": mark(1)}, [wire("a.row", "a.u0")], ["a"])
 
     assert stated_ages(made) == observed_ages(made) == [(1, 1)]
-
-
-def random_bench(seed):
-    """Two to six marks in random groups, with random wires, delays and rates."""
-    choose = random.Random(seed)
-    names = [f"m{i}" for i in range(choose.randint(2, 6))]
-    order = []
-    for name in choose.sample(names, len(names)):
-        if order and choose.random() < 0.4:
-            order[-1].append(name)
-        else:
-            order.append([name])
-    inputs = {name: choose.randint(0, 2) for name in names}
-    wires = [
-        wire(f"{choose.choice(names)}.row", f"{name}.u{i}", delay=choose.choice((0, 0, 1, 2, 3)))
-        for name in names
-        for i in range(inputs[name])
-    ]
-    every = {name: choose.choice((1, 1, 1, 2, 3, 4)) for name in names}
-    return bench({n: mark(inputs[n]) for n in names}, wires, order, every=every)
-
-
-@pytest.mark.parametrize("seed", range(100))
-def test_the_ledger_equals_a_mark_sent_through(seed):
-    made = random_bench(seed)
-
-    assert stated_ages(made) == observed_ages(made)
-
-
-def large_bench(seed):
-    """Two to twelve marks; some groups are iterated, and have one rate then."""
-    choose = random.Random(10_000 + seed)
-    names = [f"m{i}" for i in range(choose.randint(2, 12))]
-    order, every = [], {}
-    shuffled = choose.sample(names, len(names))
-    while shuffled:
-        members = [shuffled.pop() for _ in range(min(len(shuffled), choose.choice((1, 1, 2, 3))))]
-        rate = choose.choice((1, 1, 2, 3))
-        if choose.random() < 0.4:
-            order.append({"iterate": members})
-            every |= dict.fromkeys(members, rate)
-        else:
-            order.append(members)
-            every |= {name: choose.choice((1, 1, 2, 3)) for name in members}
-    inputs = {name: choose.randint(0, 3) for name in names}
-    wires = [
-        wire(f"{choose.choice(names)}.row", f"{name}.u{i}", delay=choose.choice((0, 0, 1, 2, 5)))
-        for name in names
-        for i in range(inputs[name])
-    ]
-    return bench({n: mark(inputs[n]) for n in names}, wires, order, every=every)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", range(500))
-def test_the_ledger_of_a_large_random_system_equals_a_mark_sent_through(seed):
-    made = large_bench(seed)
-
-    assert stated_ages(made) == observed_ages(made)
 
 
 def test_a_loop_sums_its_entries():

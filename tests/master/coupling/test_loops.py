@@ -3,9 +3,9 @@
 from itertools import islice, permutations
 
 import pytest
-from stubs import Block, bench, gain, variables, wire
 
 from master.coupling.loops import closed_paths
+from tests.stubs import Block, bench, gain, variables, wire
 
 
 def everything(description, input_name, output_name):

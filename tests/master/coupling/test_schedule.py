@@ -4,9 +4,9 @@ import sys
 from pathlib import Path
 
 import pytest
-from stubs import bench, clock, gain, integrator, wire
 
 from master.errors import ConfigError
+from tests.stubs import bench, clock, gain, integrator, wire
 
 PROJECT = Path(__file__).parents[3]
 LOOP = [wire("a.x", "b.u"), wire("b.x", "a.u")]
@@ -26,19 +26,19 @@ def test_without_an_order_fmus_step_along_the_wires():
     blocks = {"last": gain(), "middle": gain(), "first": clock()}
     made = bench(blocks, [wire("middle.y", "last.u"), wire("first.t", "middle.u")])
 
-    assert made.schedule.groups == (("first",), ("middle",), ("last",))
+    assert made.schedule.members == (("first",), ("middle",), ("last",))
 
 
 def test_where_the_wires_leave_it_open_the_order_of_the_file_holds():
     made = bench({name: clock() for name in ("d", "a", "c", "b")})
 
-    assert made.schedule.groups == (("d",), ("a",), ("c",), ("b",))
+    assert made.schedule.members == (("d",), ("a",), ("c",), ("b",))
 
 
 def test_a_delayed_wire_does_not_bind_the_order():
     made = bench(two(), [wire("a.x", "b.u"), wire("b.x", "a.u", delay=1)])
 
-    assert made.schedule.groups == (("a",), ("b",))
+    assert made.schedule.members == (("a",), ("b",))
 
 
 def test_a_loop_needs_an_order():
@@ -53,7 +53,7 @@ def test_a_loop_needs_an_order():
 def test_a_given_order_is_kept_with_its_groups():
     made = bench({**two(), "c": clock()}, LOOP, ["c", ["b", "a"]])
 
-    assert made.schedule.groups == (("c",), ("b", "a"))
+    assert made.schedule.members == (("c",), ("b", "a"))
     assert [made.schedule.group_of(name) for name in "abc"] == [1, 1, 0]
 
 
@@ -70,7 +70,7 @@ from stubs import bench, clock, gain, wire
 names = ["force", "mass", "rope", "axis", "pin"]
 blocks = {"clock": clock()} | {name: gain() for name in names}
 made = bench(blocks, [wire("clock.t", f"{n}.u") for n in names[:3]] + [wire("rope.y", "axis.u")])
-print(made.schedule.groups, made.ledger.entries)
+print(made.schedule.members, made.ledger.entries)
 """
 
 

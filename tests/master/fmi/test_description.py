@@ -1,55 +1,11 @@
-import zipfile
-
 import pytest
 
 from master.errors import ConfigError
 from master.fmi.description import Kind, read_description
 from master.fmi.value_types import FLOAT64, INT32, INT_BOOLEAN
+from tests.stubs.descriptions import XML, archive
 
-XML = """<?xml version="1.0" encoding="UTF-8"?>
-<fmiModelDescription fmiVersion="2.0" modelName="Rope" guid="{1}">
-  <CoSimulation modelIdentifier="rope" canGetAndSetFMUstate="true"/>
-  <UnitDefinitions>
-    <Unit name="mm"><BaseUnit m="1" factor="0.001"/></Unit>
-    <Unit name="degC"><BaseUnit K="1" offset="273.15"/></Unit>
-  </UnitDefinitions>
-  <TypeDefinitions>
-    <SimpleType name="Method"><Enumeration>
-      <Item name="kalman" value="1"/><Item name="rls" value="2"/>
-    </Enumeration></SimpleType>
-    <SimpleType name="Length"><Real unit="mm"/></SimpleType>
-  </TypeDefinitions>
-  <ModelVariables>
-    <ScalarVariable name="u" valueReference="0" causality="input" description="pull">
-      <Real start="1.5" unit="mm" min="0" max="9" nominal="2"/></ScalarVariable>
-    <ScalarVariable name="T" valueReference="1" causality="input">
-      <Real start="20" unit="degC"/></ScalarVariable>
-    <ScalarVariable name="x" valueReference="2" causality="output">
-      <Real declaredType="Length"/></ScalarVariable>
-    <ScalarVariable name="y" valueReference="3" causality="output"><Real unit="grade"/></ScalarVariable>
-    <ScalarVariable name="n" valueReference="4" causality="output" variability="discrete">
-      <Integer/></ScalarVariable>
-    <ScalarVariable name="on" valueReference="5" causality="parameter" variability="fixed">
-      <Boolean start="true"/></ScalarVariable>
-    <ScalarVariable name="method" valueReference="6" causality="parameter" variability="fixed">
-      <Enumeration declaredType="Method" start="2"/></ScalarVariable>
-    <ScalarVariable name="label" valueReference="7" causality="output" variability="discrete">
-      <String/></ScalarVariable>
-    <ScalarVariable name="time" valueReference="8" causality="independent"><Real/></ScalarVariable>
-  </ModelVariables>
-  <ModelStructure><Outputs>
-    <Unknown index="3" dependencies="1"/><Unknown index="4"/><Unknown index="5" dependencies=""/>
-    <Unknown index="8" dependencies=""/>
-  </Outputs></ModelStructure>
-</fmiModelDescription>
-"""
-
-
-def archive(folder, xml, name="modelDescription.xml"):
-    path = folder / "rope.fmu"
-    with zipfile.ZipFile(path, "w") as file:
-        file.writestr(name, xml)
-    return path
+U = "ModelVariables/ScalarVariable 'u'"
 
 
 @pytest.fixture
@@ -135,17 +91,24 @@ def test_an_output_without_dependencies_hangs_on_all_inputs(rope):
 @pytest.mark.parametrize(
     ("old", "new", "problem"),
     [
-        ('start="1.5"', 'start="1,5"', "start value of u is not a Real, got '1,5'"),
-        ('start="true"', 'start="yes"', "start value of on is not a Boolean, got 'yes'"),
-        ('factor="0.001"', 'factor="0"', "unit mm cannot be converted, got factor 0 and offset 0"),
-        ('guid="{1}"', "", "modelIdentifier or guid (instantiationToken) is missing"),
-        ('min="0"', 'min="low"', "could not convert string to float: 'low'"),
+        ('start="1.5"', 'start="1,5"', f"{U}: start: got '1,5', expected a value of type Real"),
+        (
+            'start="true"',
+            'start="yes"',
+            "ModelVariables/ScalarVariable 'on': start: got 'yes', expected a value of type Boolean",
+        ),
+        (
+            'factor="0.001"',
+            'factor="0"',
+            "UnitDefinitions/Unit 'mm': cannot be converted, got factor 0 and offset 0, "
+            "expected finite numbers and a factor that is not zero",
+        ),
+        ('guid="{1}"', "", "fmiModelDescription: guid: missing, expected a text"),
+        ('min="0"', 'min="low"', f"{U}: min: got 'low', expected a number"),
     ],
 )
 def test_a_description_with_a_value_that_cannot_be_is_refused(tmp_path, old, new, problem):
-    assert fault(archive(tmp_path, XML.replace(old, new))) == (
-        f"rope.fmu: model description cannot be read: {problem}"
-    )
+    assert fault(archive(tmp_path, XML.replace(old, new))) == (f"rope.fmu: modelDescription.xml: {problem}")
 
 
 def test_a_missing_file_is_refused(tmp_path):
@@ -190,4 +153,7 @@ def test_an_fmu_for_model_exchange_only_is_refused(tmp_path):
 def test_a_description_that_breaks_the_standard_is_refused(tmp_path):
     path = archive(tmp_path, XML.replace('<Unknown index="3"', '<Unknown index="99"'))
 
-    assert fault(path).startswith("rope.fmu: model description cannot be read: ")
+    assert fault(path) == (
+        "rope.fmu: modelDescription.xml: ModelStructure/Outputs/Unknown number 1: index: got 99, "
+        "expected from 1 to 9, the number of variables"
+    )

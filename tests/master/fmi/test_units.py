@@ -1,7 +1,10 @@
-import pytest
-from stubs import CELSIUS, KELVIN, METRE, MILLIMETRE, NEWTON, bench, gain, wire
+from dataclasses import replace
 
+import pytest
+
+from master.fmi.unit_names import unit
 from master.fmi.units import Unit, conversion
+from tests.stubs import CELSIUS, KELVIN, METRE, MILLIMETRE, NEWTON, bench, gain, wire
 
 FAHRENHEIT = Unit("degF", {"K": 1}, factor=5 / 9, offset=459.67 * 5 / 9)
 
@@ -58,3 +61,46 @@ def test_a_delayed_wire_converts_too():
     made = bench(blocks, [wire("outside.y", "inside.u", delay=2)], start={"outside": {"u": 1.0}})
 
     assert made.run(4).result["inside.y"].tolist() == pytest.approx([274.15] * 5, rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("source", "target", "value", "expected"),
+    [
+        ("rpm", "deg/s", 1.0, 6.0),
+        ("rev", "deg", 1.0, 360.0),
+        ("ft", "in", 1.0, 12.0),
+        ("kip", "lbf", 1.0, 1000.0),
+        ("degF", "degC", 212.0, 100.0),
+        ("degC", "K", -273.15, 0.0),
+        ("l/min", "m3/h", 1000.0, 60.0),
+        ("psi", "lbf/in2", 1.0, 1.0),
+        ("lb ft", "lbf ft", 1.0, 1.0),
+        ("mbar", "hPa", 1.0, 1.0),
+        ("t", "kg", 1.0, 1000.0),
+        ("%", "1", 1.0, 0.01),
+    ],
+)
+def test_units_by_name_convert_exactly(source, target, value, expected):
+    found = conversion(unit(source), unit(target))
+
+    assert found.factor * value + found.offset == pytest.approx(expected, rel=1e-15, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("source", "target"), [("rpm", "deg/s"), ("rev", "deg"), ("ft", "in"), ("kip", "lbf")]
+)
+def test_a_ratio_that_is_an_integer_is_that_integer(source, target):
+    assert conversion(unit(source), unit(target)).factor.is_integer()
+
+
+def test_a_difference_of_temperatures_has_no_offset():
+    assert unit("W/degC").offset == 0.0
+    assert conversion(unit("W/degC"), unit("W/K")).is_identity
+
+
+def test_a_unit_that_an_fmu_does_not_define_is_what_its_name_says():
+    millimetre = replace(unit("mm"), defined=False)
+
+    assert conversion(millimetre, METRE).factor == 0.001
+    assert conversion(millimetre, NEWTON) is None
+    assert conversion(millimetre, Unit("mm", defined=False)).is_identity

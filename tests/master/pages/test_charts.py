@@ -7,12 +7,12 @@ import json
 
 import numpy as np
 import pytest
-from made_up_charts import charts, motions
 
 from master.pages.chart import CROSS, DOTTED, REFERENCE, Chart, Curve, decimated
 from master.pages.encoding import encoded, page_data
 from master.pages.palette import DASHES, DOTS
 from master.pages.picture import data_uri
+from tests.master.pages.made_up_charts import charts, motions
 
 
 def test_thinning_keeps_ends_extremes_and_gaps():

@@ -5,12 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-from stubs import bench, gain, wire
 
-from master.coupling.schedule import Iteration
+from master.coupling.methods.iterated import Iterated
+from master.coupling.methods.side_by_side import SideBySide
+from master.coupling.methods.waveform import Waveform
 from master.experiment.experiment import Experiment
 from master.reproduce.measures import poles
 from master.reproduce.measures.poles import _asked
+from tests.stubs import bench, gain, wire
 
 
 @pytest.fixture
@@ -37,8 +39,9 @@ def with_schedule(experiment, **changes):
 CHANGES = {
     "delay": with_delay,
     "every": lambda e: with_schedule(e, every={"a": 1, "b": 2}),
-    "iterations": lambda e: with_schedule(e, groups=(("a", "b"),), iterations={0: Iteration(1e-9, 50)}),
-    "side by side": lambda e: with_schedule(e, groups=(("a", "b"),)),
+    "iterated": lambda e: with_schedule(e, groups=(Iterated(iterate=("a", "b")),)),
+    "side by side": lambda e: with_schedule(e, groups=(SideBySide(members=("a", "b")),)),
+    "waveforms": lambda e: with_schedule(e, groups=(Waveform(waveform=("a", "b"), window=2),)),
     "step size": lambda e: replace(e, config=e.config.model_copy(update={"step_size": 0.5})),
     "parameter": lambda e: with_start(e, u=0.25),
 }

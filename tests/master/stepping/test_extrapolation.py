@@ -8,9 +8,10 @@ Each mass is solved exactly for an input that is linear in a step, so that all e
 
 import numpy as np
 import pytest
-from linear_blocks import Linear
 from scipy.linalg import expm
-from stubs import bench, wire
+
+from tests.linear_blocks import Linear
+from tests.stubs import bench, wire
 
 STIFF, SOFT, DAMP = 40.0, 25.0, 0.8
 END = 1.0

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
-from stubs import Block, bench, clock, integrator, mark, variables, wire
 
 from master.errors import ConfigError
+from tests.stubs import Block, bench, clock, integrator, mark, variables, wire
 
 PORTS = variables(("u", "input"), ("w", "input"), ("y", "output"))
 

@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
-from stubs import ERROR, bench, clock, failing, integrator, wire
 
 from master.recording.files import ResultFiles, read_csv, write_result
 from master.recording.recorder import Recorder
+from tests.stubs import ERROR, bench, clock, failing, integrator, wire
 
 
 def made():

@@ -1,7 +1,7 @@
 import pytest
 
 from master.errors import ConfigError
-from master.system.config import load_config, with_stop_time
+from master.system.config import load_config, with_times
 
 HEAD = "name: test\nstop_time: 1.0\nfmus:\n  a: {source: clock.fmu}\n"
 
@@ -51,10 +51,15 @@ def test_an_order_may_hold_inner_lists(load):
     [
         (
             "{iterate: [a], tolerance: 0}",
-            "coupling.order[0].tolerance: input should be greater than 0, got 0",
+            "coupling.order[0].tolerance: too small, got 0, expected more than 0",
         ),
-        ("3", "coupling.order[0]: input should be a valid string, got 3"),
-        ("[a, 3]", "coupling.order[0][1]: input should be a valid string, got 3"),
+        (
+            "{step: [a]}",
+            "coupling.order[0]: not an entry of the order, expected a name, a list of names or a mapping "
+            "with iterate or waveform, got a mapping",
+        ),
+        ("[a, [b]]", "coupling.order[0][1]: not a text, got ['b'], expected a text"),
+        ("{iterate: a}", "coupling.order[0].iterate: not a list, got 'a', expected a list"),
     ],
 )
 def test_a_fault_of_an_order_is_said_once_and_where_it_is(faults, entry, fault):
@@ -71,41 +76,45 @@ def test_a_name_that_signals_cannot_be_made_of_is_refused(faults, name):
 
 def test_missing_keys_are_named(faults):
     assert faults("name: test\n") == [
-        "system.yaml:1: stop_time: missing, expected a value",
-        "system.yaml:1: fmus: missing, expected a value",
+        "system.yaml:1: stop_time: missing, expected a value, for example `stop_time: 10.0`",
+        "system.yaml:1: fmus: missing, expected a value, "
+        "for example `fmus: {spacecraft: {source: spacecraft}}`",
     ]
 
 
 def test_an_unknown_key_is_answered_with_the_nearest_one(faults):
     [fault] = faults(HEAD + "conections: []\n")
 
-    assert fault.startswith("system.yaml:5: conections: unknown key, expected 'connections' (of name, ")
+    assert fault.startswith(
+        "system.yaml:5: conections: unknown key, got [], expected 'connections' (of name, "
+    )
 
 
 def test_an_unknown_key_of_an_fmu_is_answered_with_the_keys_of_an_fmu(faults):
     [fault] = faults("name: test\nstop_time: 1.0\nfmus:\n  a:\n    source: x.fmu\n    evry: 2\n")
 
-    assert fault.startswith("system.yaml:6: fmus.a.evry: unknown key, expected 'every' (of source, ")
+    assert fault.startswith("system.yaml:6: fmus.a.evry: unknown key, got 2, expected 'every' (of source, ")
 
 
 @pytest.mark.parametrize(
     ("line", "fault"),
     [
-        ("step_size: fast", "step_size: input should be a valid number"),
-        ("step_size: 0", "step_size: input should be greater than 0, got 0"),
-        ("step_size: .inf", "step_size: not a finite number, got inf"),
-        ("start_time: .nan", "start_time: not a finite number, got nan"),
+        ("step_size: fast", "step_size: not a number, got 'fast', expected a number"),
+        ("step_size: 0", "step_size: too small, got 0, expected more than 0"),
+        ("step_size: .inf", "step_size: not a finite number, got .inf"),
+        ("start_time: .nan", "start_time: not a finite number, got .nan"),
         ("connections: [{from: a, to: b.u}]", "connections[0].from: not an 'instance.variable', got 'a'"),
-        ("limits: {a.t: -1}", "limits.a.t: input should be greater than 0, got -1"),
-        ("compare: {signal: a.t, offset: 0}", "compare.offset: input should be greater than 0, got 0"),
+        ("limits: {a.t: -1}", "limits.a.t: too small, got -1, expected more than 0"),
+        ("compare: {signal: a.t, offset: 0}", "compare.offset: too small, got 0, expected more than 0"),
         (
             "dpdc: {design: auto, amplitude: flat}",
-            "dpdc.amplitude: input should be 'paper' or 'plant', got 'flat'",
+            "dpdc.amplitude: not one of the choices, got 'flat', expected 'paper' or 'plant'",
         ),
-        ("dpdc: {amplitude: plant}", "dpdc.design: missing, expected a value"),
+        ("dpdc: {amplitude: plant}", "dpdc.design: missing, expected a value, for example `design: auto`"),
         (
             "dpdc: {design: auto, amplitud: plant}",
-            "dpdc.amplitud: unknown key, expected 'amplitude' (of design, fmu, amplitude, ranges)",
+            "dpdc.amplitud: unknown key, got 'plant', "
+            "expected 'amplitude' (of design, fmu, amplitude, ranges)",
         ),
     ],
 )
@@ -117,18 +126,18 @@ def test_a_value_of_the_wrong_kind_is_refused(faults, line, fault):
 
 def test_an_fmu_steps_at_least_every_tick(faults):
     assert faults("name: a\nstop_time: 1\nfmus: {a: {source: x.fmu, every: 0}}\n") == [
-        "system.yaml:3: fmus.a.every: input should be greater than or equal to 1, got 0"
+        "system.yaml:3: fmus.a.every: too small, got 0, expected at least 1"
     ]
 
 
 def test_a_system_has_an_fmu(faults):
     [fault] = faults("name: a\nstop_time: 1\nfmus: {}\n")
 
-    assert fault.startswith("system.yaml:3: fmus: dictionary should have at least 1 item")
+    assert fault.startswith("system.yaml:3: fmus: too few entries, got an empty mapping, expected at least 1")
 
 
 def test_all_faults_come_at_once(faults):
-    text = "name: 3\nstep_size: no\nstop_time: 1.0\nfmus:\n  a: {every: 2}\nvariant: {}\n"
+    text = "name: [3]\nstep_size: no\nstop_time: 1.0\nfmus:\n  a: {every: 2}\nvariant: {}\n"
 
     places = [f.split(": ")[:2] for f in faults(text)]
 
@@ -142,7 +151,7 @@ def test_all_faults_come_at_once(faults):
 
 def test_a_stop_time_between_two_steps_is_refused(faults):
     assert faults(HEAD.replace("1.0", "0.0014")) == [
-        "system.yaml:2: stop_time: 1.4 steps after start_time, expected a whole number, got 0.0014"
+        "system.yaml:2: stop_time: 1.4 steps after start_time, got 0.0014, expected a whole number"
     ]
 
 
@@ -151,11 +160,13 @@ def test_more_steps_than_a_double_counts_are_refused(faults, step_size):
     [fault] = faults(HEAD + f"step_size: {step_size}\n")
 
     assert fault.startswith("system.yaml:2: stop_time: ")
-    assert fault.endswith(" steps, expected at most 9.01e+15, got 1.0")
+    assert fault.endswith(" steps, got 1.0, expected at most 9.01e+15")
 
 
 def test_a_stop_time_before_the_start_is_refused(faults):
-    assert faults(HEAD + "start_time: 2.0\n") == ["system.yaml:2: stop_time: not after start_time, got 1.0"]
+    assert faults(HEAD + "start_time: 2.0\n") == [
+        "system.yaml:2: stop_time: not after start_time, got 1.0, expected more than 2"
+    ]
 
 
 def test_a_stop_time_that_binary_numbers_cannot_hold_is_taken(load):
@@ -165,18 +176,18 @@ def test_a_stop_time_that_binary_numbers_cannot_hold_is_taken(load):
 def test_another_stop_time_must_fit_too(load):
     config = load(HEAD).config
 
-    assert with_stop_time(config, 0.25).n_ticks == 250
+    assert with_times(config, None, 0.25).n_ticks == 250
     with pytest.raises(ConfigError) as caught:
-        with_stop_time(config, 0.0005)
+        with_times(config, None, 0.0005)
     assert caught.value.problems == [
-        "--stop-time: 0.5 steps after start_time, expected a whole number, got 0.0005"
+        "--stop-time: 0.5 steps after start_time, got 0.0005, expected a whole number"
     ]
 
 
-@pytest.mark.parametrize(("text", "kind"), [("- a\n", "list"), ("", "NoneType"), ("word\n", "str")])
+@pytest.mark.parametrize(("text", "kind"), [("- a\n", "['a']"), ("", "nothing"), ("word\n", "'word'")])
 def test_a_file_that_holds_no_mapping_is_refused(faults, text, kind):
     assert faults(text) == [
-        f"system.yaml:1: file: not a system, got {kind}, expected a mapping with name, fmus, ..."
+        f"system.yaml:1: file: not a system, got {kind}, expected a mapping with name, stop_time, fmus, ..."
     ]
 
 

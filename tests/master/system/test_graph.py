@@ -1,9 +1,10 @@
 import pytest
-from stubs import METRE, bench, clock, gain, integrator, wire
 
 from master.fmi.description import Kind, Variable
 from master.fmi.value_types import BOOLEAN, FLOAT64, INT32
 from master.fmi.values import parse
+from master.text.scalar import Plain
+from tests.stubs import METRE, bench, clock, gain, integrator, wire
 
 HEAD = (
     "name: test\nstop_time: 1.0\nfmus:\n  clock: {source: clock.fmu}\n  mass:\n    source: integrator.fmu\n"
@@ -42,10 +43,12 @@ def test_a_value_becomes_what_the_fmu_takes(variable, value, parsed):
         (SWITCH, 2, "expected true or false"),
         (REAL, "wide", "expected a number"),
         (REAL, float("nan"), "expected a finite number"),
-        (REAL, "inf", "expected a finite number"),
+        (REAL, "inf", "expected a number"),
+        (REAL, Plain(".inf"), "expected a finite number"),
+        (REAL, True, "expected a number"),
         (REAL, -1, "expected at least 0"),
         (REAL, 11, "expected at most 10"),
-        (WHOLE, 1.5, "expected a whole number"),
+        (WHOLE, 1.5, "expected an integer"),
     ],
 )
 def test_a_value_that_does_not_fit_says_what_is_expected(variable, value, fault):
@@ -82,7 +85,7 @@ def test_a_port_is_found_by_its_qualified_name():
     [
         (
             "start: {x: .nan}",
-            "fmus.mass.start.x: value not allowed, got nan m, expected a finite number",
+            "fmus.mass.start.x: value not allowed, got .nan m, expected a finite number",
         ),
         (
             "parameters: {size: -1}",

@@ -1,12 +1,10 @@
-/* The same operations in the same order as fmu_sources/integrate.py, so that both agree bit for bit. */
+/* The same operations in the same order as fmu_sources/framework/integrate.py, so that both agree bit for bit. */
 
 #include "integrate.h"
 
 #include <string.h>
 
 enum { HOLD_NEW = 2, HOLD_OLD = 3 };
-
-static const double MOST_SUBSTEPS = 1e9;
 
 typedef struct {
     const Data *data;
@@ -17,7 +15,7 @@ typedef struct {
 int n_substeps(double period) {
     const double n = period / LONGEST_SUBSTEP - 1e-9;
     if (!(n <= MOST_SUBSTEPS)) {
-        return 0;
+        return MOST_SUBSTEPS + 1;
     }
     const int whole = (int)n;
     return n <= 1.0 ? 1 : whole + (whole < n); /* rounded up */

@@ -14,7 +14,7 @@ typedef struct {
     double share; /* share of the communication step that `period` is */
 } Span;
 
-/* Number of substeps of a period; 0 if there are too many to count. */
+/* Number of substeps of a period; more than MOST_SUBSTEPS if there are too many to count. */
 int n_substeps(double period);
 
 void integrate(Data *data, const Span *span);

@@ -35,14 +35,14 @@ static bool check_step(const Instance *instance, double t, double h) {
     return true;
 }
 
-/* Sampling periods in a step of h [s]: 0 if they are not a whole number or too many to count. */
+/* Sampling periods in a step of h [s]: 0 if they are not an integer, more than MOST_SAMPLES if too many. */
 static int n_samples(double h, double period) {
     if (h == period) {
         return 1; /* as a rule, and without a division */
     }
     const double n = h / period;
-    if (!(n <= 1e9)) {
-        return 0;
+    if (!(n < MOST_SAMPLES + 0.5)) {
+        return MOST_SAMPLES + 1;
     }
     const int nearest = (int)(n + 0.5);
     return fabs(nearest * period - h) <= RELATIVE_TOLERANCE * h ? nearest : 0;
@@ -55,16 +55,34 @@ static bool refuse_multiple(const Instance *instance, double h, double period) {
     return refuse_step(instance, text.at, h, "a multiple of", period);
 }
 
+/* A step that never ends is a wrong number somewhere, in the step or in the sampling period. */
+static bool refuse_long(const Instance *instance, const char *what, double h, int most, const char *parts,
+                        double length) {
+    Text expected = {.length = 0};
+    text_append(&expected, "at most %d %s of", most, parts);
+    return refuse_step(instance, what, h, expected.at, length);
+}
+
+static bool refuse_samples(const Instance *instance, double h, double period) {
+    Text what = {.length = 0};
+    text_append(&what, "communication step: too long for %s", model_variables[PLACE(SAMPLE_TIME)].name);
+    return refuse_long(instance, what.at, h, MOST_SAMPLES, "sampling periods", period);
+}
+
 static bool cut_step(Instance *instance, double h) {
     const bool is_sampled = SAMPLE_TIME >= 0;
     const double period = is_sampled ? instance->now.values[PLACE(SAMPLE_TIME)] : h;
     const int n = is_sampled ? n_samples(h, period) : 1;
+    if (n > MOST_SAMPLES) {
+        return refuse_samples(instance, h, period);
+    }
     if (n == 0) {
         return refuse_multiple(instance, h, period);
     }
     const int n_parts = N_CONTINUOUS > 0 ? n_substeps(period) : 1;
-    if (n_parts == 0) {
-        return refuse_step(instance, "communication step: too long", h, "substeps of", LONGEST_SUBSTEP);
+    if (n_parts > MOST_SUBSTEPS / n) {
+        return refuse_long(instance, "communication step: too long", h, MOST_SUBSTEPS, "substeps",
+                           LONGEST_SUBSTEP);
     }
     instance->cut = (Cut){h, period, n, n_parts, period / n_parts};
     return true;

@@ -15,6 +15,7 @@ from fmu_sources.effects.framework.roles import roles
 from master.diagnosis.case.cut import CutSystem
 from master.diagnosis.numerics.arrays import Array
 from master.pages.palette import DASHES, LIGHT, LIGHT_REFERENCE
+from master.text.signal_name import SignalName
 
 MOST_BINS = 2000
 MEASURED, BEFORE, AFTER = "measured", "before", "after"
@@ -79,19 +80,19 @@ def thinned(t: Array, values: Array) -> tuple[Array, Array]:
 
 def label(system: CutSystem, key: str) -> str:
     """Name a variable `fmu.name` with its unit, for an axis."""
-    fmu, _, name = key.partition(".")
+    fmu, name = SignalName(key).parts
     return f"{name} [{unit_of(system, key)}]" if fmu in system.descriptions else key
 
 
 def unit_of(system: CutSystem, key: str) -> str:
     """Unit of a variable `fmu.name`."""
-    fmu, _, name = key.partition(".")
+    fmu, name = SignalName(key).parts
     return system.descriptions[fmu].by_name[name].unit_name
 
 
 def role_label(system: CutSystem, key: str, role: str) -> str:
     """Name a role of a slot `fmu.slot` with its unit."""
-    fmu, _, name = key.partition(".")
+    fmu, name = SignalName(key).parts
     slot = system.slots(fmu)[name]
     found = {r: slot.signals[signal] for r, signal in roles(slot).items()}
     units = {"value": slot.unit, "time": "s", **found}

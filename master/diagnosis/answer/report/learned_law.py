@@ -12,9 +12,9 @@ from matplotlib.ticker import MaxNLocator
 from fmu_sources.effects.framework.effect import Effect
 from fmu_sources.effects.framework.roles import Signals
 from fmu_sources.framework.arithmetic import PYTHON
+from fmu_sources.framework.array_arithmetic import ARRAYS
 from master.diagnosis.judge.part_result import PartResult
 from master.diagnosis.numerics.arrays import Array
-from master.diagnosis.replay.slot_signals import ARRAYS
 
 from .drawing import new_figure, role_label
 

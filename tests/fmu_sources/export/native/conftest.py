@@ -6,11 +6,11 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from native_library import GUID, VERSIONS, Fmu
-from native_model import MODEL
 
 from fmu_sources.export import native
 from fmu_sources.framework.model import Model
+from tests.fmu_sources.export.native.native_library import GUID, VERSIONS, Fmu
+from tests.fmu_sources.export.native.native_model import MODEL
 
 pytest.importorskip("casadi")
 

@@ -10,12 +10,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from native_library import GUID
 
 from fmu_sources.export import native
 from fmu_sources.framework.arithmetic import PYTHON, Arithmetic
 from fmu_sources.framework.model import Model, SlotFunction, Values, no_effect
 from fmu_sources.framework.variables import declare, input_, output, vector
+from tests.fmu_sources.export.native.native_library import GUID
 
 Expression = Callable[[Any, Any, Any, Arithmetic], Any]
 

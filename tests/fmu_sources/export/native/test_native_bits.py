@@ -9,9 +9,6 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from native_library import GUID, VERSIONS, Fmu, Fmu2, Fmu3, kind
-from native_model import MODEL
-from native_random import random_inputs, random_parameters
 
 from fmu_sources.composed import registry
 from fmu_sources.export import native
@@ -20,6 +17,9 @@ from fmu_sources.export.native.platforms import LINUX
 from fmu_sources.framework.instance import Instance, ModelError
 from fmu_sources.framework.model import Model
 from fmu_sources.framework.variables import Role
+from tests.fmu_sources.export.native.native_library import GUID, VERSIONS, Fmu, Fmu2, Fmu3, kind
+from tests.fmu_sources.export.native.native_model import MODEL
+from tests.fmu_sources.export.native.native_random import random_inputs, random_parameters
 
 NAMES = [*registry.model_files(), "specimen"]
 FEW = [

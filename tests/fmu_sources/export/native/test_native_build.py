@@ -14,8 +14,6 @@ from pathlib import Path
 from xml.etree import ElementTree as ET
 
 import pytest
-from native_library import GUID
-from native_model import MODEL
 
 from fmu_sources.export import native
 from fmu_sources.export.native import compile as compiling
@@ -23,6 +21,8 @@ from fmu_sources.export.native.codegen import fmi_headers
 from fmu_sources.export.native.fat import join
 from fmu_sources.export.native.platforms import LINUX, RELEASE
 from fmu_sources.framework.model import Model
+from tests.fmu_sources.export.native.native_library import GUID
+from tests.fmu_sources.export.native.native_model import MODEL
 
 LIBC_AND_LIBM = {"cos", "sin", "sincos", "tan", "tanh", "exp", "log", "floor", "ceil", "nearbyint"} | {
     "calloc", "malloc", "free", "memcpy", "memset", "memcmp", "bcmp", "strcmp", "strcpy", "strlen",

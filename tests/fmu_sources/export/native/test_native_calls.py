@@ -6,10 +6,10 @@ import math
 import random
 
 import pytest
-from native_library import GUID, Fmu, Fmu3
-from native_model import MODEL
 
 from fmu_sources.framework.instance import Instance, ModelError
+from tests.fmu_sources.export.native.native_library import GUID, Fmu, Fmu3
+from tests.fmu_sources.export.native.native_model import MODEL
 
 OK, ERROR = 0, 3
 UNSUPPORTED = (
@@ -172,7 +172,7 @@ def test_a_step_that_is_no_positive_number_is_refused(fmu: Fmu, h: float) -> Non
     fmu.initialise()
 
     assert fmu.step(0.0, h) == ERROR
-    assert fmu.messages[0].startswith("communication step: not a")
+    assert fmu.messages[0].startswith(("communication step: not a", "communication step: too long for T"))
 
 
 def test_a_step_must_start_where_the_last_one_ended(fmu: Fmu) -> None:

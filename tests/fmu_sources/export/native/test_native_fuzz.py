@@ -7,11 +7,11 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from native_library import GUID
-from native_model import MODEL
 
 from fmu_sources.composed import registry
 from fmu_sources.export import native
+from tests.fmu_sources.export.native.native_library import GUID
+from tests.fmu_sources.export.native.native_model import MODEL
 
 HOST = Path(__file__).with_name("host_fuzz.c")
 FLAGS = (

@@ -8,10 +8,10 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
-from native_library import Fmu, Fmu2
-from native_model import MODEL
 
 from fmu_sources.framework.model import Model
+from tests.fmu_sources.export.native.native_library import Fmu, Fmu2
+from tests.fmu_sources.export.native.native_model import MODEL
 
 OK, ERROR = 0, 3
 

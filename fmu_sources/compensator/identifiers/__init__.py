@@ -1,0 +1,1 @@
+"""Where the process parameters come from: one identifier a file."""

@@ -1,0 +1,1 @@
+"""What an identifier is, the covariance recursion that several share, and the catalogue of all."""

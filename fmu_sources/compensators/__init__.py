@@ -1,0 +1,3 @@
+"""Methods of delay compensation: one a file, all with the same plugs."""
+
+RELEASED = False

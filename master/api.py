@@ -1,0 +1,27 @@
+"""What commands do with a system before they step it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from master import catalogue
+from master.experiment.experiment import Experiment
+from master.experiment.prepare import Request, prepare
+
+
+def prepare_to_run(
+    path: Path, request: Request | None = None, progress: catalogue.Progress = catalogue.silent
+) -> Experiment:
+    """
+    Prepare a system and design its phase lead where the file asks for it, which steps FMUs.
+
+    Raises:
+        ConfigError: With every fault, or if no lead can be designed.
+        FmuError: If an FMU fails during the design.
+    """
+    experiment = prepare(path, request, progress)
+    if experiment.phase_lead is None or experiment.is_designed:
+        return experiment
+    from master.docking.phase_lead import designed
+
+    return designed(experiment)
