@@ -79,7 +79,8 @@ def linearity_along_run(linearisation: Linearisation, frozen: LinearSystem) -> L
 
 
 def _run(linearisation: Linearisation) -> Result:
-    e, options = linearisation.experiment, RunOptions(limits=linearisation.experiment.limits)
+    e = linearisation.experiment
+    options = RunOptions(limits=e.limits, inputs=e.inputs)
     outcome = simulate(e.system, e.schedule, e.grid, options=options, factory=linearisation.factory)
     if outcome.error is not None:
         raise outcome.error

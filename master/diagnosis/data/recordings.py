@@ -8,10 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
-from master.diagnosis.data.tables import Table, read_table, shortened
 from master.diagnosis.numerics.arrays import Array
 from master.errors import DataError
 from master.fmi.unit_names import unit
+from master.recording.tables import Table, read_table, shortened
 
 FEWEST_SAMPLES = 200
 JITTER = 0.05
