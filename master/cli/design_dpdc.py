@@ -8,7 +8,7 @@ from typing import Any
 import click
 import numpy as np
 
-from master.analysis.design.phase_lead import Design, design
+from master.docking.phase_lead import Design, design
 from master.errors import ConfigError
 from master.experiment.prepare import Request, prepare
 from master.system.config import PhaseLead

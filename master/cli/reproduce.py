@@ -1,4 +1,4 @@
-"""`dockloop reproduce`: every figure and claim of the paper, beside ours, on one page."""
+"""`dockloop reproduce`: every figure and claim of the paper next to ours, on one page."""
 
 from __future__ import annotations
 
@@ -59,4 +59,6 @@ def _show(found: Reproduction) -> None:
     STDERR.print(table)
     for verdict, n in Counter(row.verdict for row in found.rows).items():
         click.echo(f"{n:>4} {verdict}")
+    for text in found.changed:
+        click.echo(f"judged otherwise before: {text}")
     click.echo(found.files["page"])

@@ -13,8 +13,6 @@ from master.errors import DataError
 from master.fmi.unit_names import unit
 from master.recording.tables import Table, read_table, shortened
 
-from .tables import Table, read_table, shortened
-
 FEWEST_SAMPLES = 200  # of a recording: below, no part of it says anything
 JITTER = 0.05  # of a step, by which it may differ from the usual one
 GAP = 1.5  # of the usual step: a longer one is a gap
