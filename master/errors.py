@@ -11,6 +11,7 @@ A run that diverges is no error: its status is `diverged` and its exit status 4.
 
 from __future__ import annotations
 
+import functools
 import re
 from collections.abc import Iterable
 from difflib import get_close_matches
@@ -114,8 +115,13 @@ class FmuError(MasterError):
         self.instance = instance
         self.time = time
         self.status = status
+        self.message = message
         place = instance if time is None else f"{instance} at t={time:.15g} s"
         super().__init__(f"{place}: {message}")
+
+    def __reduce__(self) -> Any:  # an FMU may fail in a process of its own
+        make = functools.partial(FmuError, time=self.time, status=self.status)
+        return make, (self.instance, self.message)
 
 
 def closest(name: str, existing: Iterable[str]) -> str | None:

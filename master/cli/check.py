@@ -10,7 +10,18 @@ import click
 from master.experiment.prepare import Request, prepare
 from master.fmi.unpacked import require_runnable
 
-from .common import CONFIG, FLAVOUR, JSON, SET, STEP_SIZE, VARIANT, answers_errors, print_json, show_building
+from .common import (
+    CONFIG,
+    FLAVOUR,
+    JSON,
+    SET,
+    STEP_SIZE,
+    VARIANT,
+    answers_errors,
+    print_json,
+    say,
+    show_building,
+)
 
 
 @click.command()
@@ -34,6 +45,6 @@ def check(config: Path, as_json: bool, **options: Any) -> None:
     if as_json:
         print_json({"name": experiment.name, "status": "valid", **counts, "notes": experiment.notes})
         return
-    click.echo(f"{config}: valid, " + ", ".join(f"{n} {what}" for what, n in counts.items()))
+    say(f"{config}: valid, " + ", ".join(f"{n} {what}" for what, n in counts.items()))
     for note in experiment.notes:
-        click.echo(f"note: {note}")
+        say(f"note: {note}")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import json
+import os
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -14,6 +15,7 @@ from rich.console import Console
 
 from master.catalogue import FLAVOURS
 from master.errors import ConfigError, MasterError
+from master.text.printable import printable
 
 CONFIG = click.argument("config", type=click.Path(path_type=Path))
 JSON = click.option("--json", "as_json", is_flag=True, help="Print one JSON object and nothing else.")
@@ -39,9 +41,18 @@ FLAVOUR = click.option(
 STDERR = Console(stderr=True, highlight=False, soft_wrap=True)
 
 
+def say(text: str, *, err: bool = False) -> None:
+    """Print text whose control characters, which a file may hold, do not reach the terminal."""
+    try:
+        click.echo(printable(text), err=err)
+    except BrokenPipeError:  # the reader has seen enough, as `head` does
+        stream = sys.stderr if err else sys.stdout
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+
+
 def print_json(data: Any) -> None:
     """Print one object to standard output."""
-    click.echo(json.dumps(data, indent=2, allow_nan=False))
+    say(json.dumps(data, indent=2, allow_nan=False))
 
 
 def answers_errors(command: Callable[..., None]) -> Callable[..., None]:
@@ -56,7 +67,7 @@ def answers_errors(command: Callable[..., None]) -> Callable[..., None]:
             if options.get("as_json"):
                 print_json({"status": "failed", "problems": problems})
             for problem in problems:
-                click.echo(problem, err=True)
+                say(problem, err=True)
             sys.exit(error.exit_status)
 
     return wrapped
@@ -64,4 +75,4 @@ def answers_errors(command: Callable[..., None]) -> Callable[..., None]:
 
 def show_building(text: str) -> None:
     """Say what is being built."""
-    STDERR.print(text, style="dim", markup=False)
+    STDERR.print(printable(text), style="dim", markup=False)

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
+import signal
 import sys
 import time
-from contextlib import nullcontext
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -17,8 +18,13 @@ from master.errors import EXIT_DIVERGED, EXIT_FMU
 from master.evaluation.report import Report, save_run, summary_lines
 from master.experiment.experiment import Experiment
 from master.experiment.prepare import Request
+from master.fmi.messages import LEVELS, LogFile
+from master.process import signals
+from master.process.signals import Interruption
 from master.recording.files import ResultFiles
-from master.stepping import simulate
+from master.recording.folder import LOG, OutputFolder
+from master.recording.names import results_folder
+from master.stepping.apart import simulate_apart
 from master.stepping.outcome import (
     COMPLETED,
     DIVERGED,
@@ -30,6 +36,8 @@ from master.stepping.outcome import (
     RunOptions,
 )
 from master.stepping.pacing import CONTINUE, STOP, Pacer
+from master.stepping.run import ProgressCallback
+from master.text.printable import printable
 
 from .common import (
     CONFIG,
@@ -41,6 +49,7 @@ from .common import (
     VARIANT,
     answers_errors,
     print_json,
+    say,
     show_building,
 )
 
@@ -50,7 +59,6 @@ _EXIT = {
     DIVERGED: EXIT_DIVERGED,
     FAILED: EXIT_FMU,
     OVERRUN: EXIT_FMU,
-    INTERRUPTED: 130,
 }
 _ROWS_IN_MEMORY = 100_000
 _SECONDS_A_LOOK = 0.1
@@ -95,52 +103,91 @@ def _pace(_: click.Context, __: click.Parameter, value: float | None) -> float |
     show_default=True,
     help="What to do when a tick is not done in time.",
 )
+@click.option(
+    "--log",
+    "level",
+    type=click.Choice(["none", *LEVELS]),
+    default="warning",
+    show_default=True,
+    help="Which messages of FMUs go to a file, if there are any.",
+)
 @JSON
 @answers_errors
 def run(config: Path, output: Path | None, as_json: bool, **options: Any) -> None:
     """Step the system that CONFIG describes and save what it computes."""
-    factor, on_overrun = options.pop("real_time"), options.pop("on_overrun")
+    factor, on_overrun, level = options.pop("real_time"), options.pop("on_overrun"), options.pop("level")
     request = Request(**options)
     experiment = prepare_to_run(config, request, show_building)
-    folder = output or Path("results") / experiment.name / (request.variant or "default")
+    path = output or results_folder(experiment.name, request.variant, request.assignments)
     pacer = None if factor is None else Pacer(factor, on_overrun)
-    long = experiment.grid.n_ticks > _ROWS_IN_MEMORY
-    with ResultFiles(folder) if long else nullcontext() as streamed:
-        outcome = _simulate(experiment, pacer, streamed)
-    _answer(save_run(experiment, outcome, folder, streamed), as_json)
-    sys.exit(_EXIT[outcome.status])
+    with signals.noted() as interruption, OutputFolder(path) as folder:
+        is_long = experiment.grid.n_ticks > _ROWS_IN_MEMORY
+        streamed = ResultFiles(path) if is_long else None
+        log_file = None if level == "none" else LogFile(folder.path / LOG, level)
+        outcome = _simulate(experiment, pacer, streamed, interruption, log_file)
+        if log_file is not None:
+            log_file.close()
+        report = save_run(experiment, outcome, folder, streamed, interruption)
+    _answer(report, as_json)
+    sys.exit(_exit_status(report, interruption))
 
 
-def _simulate(experiment: Experiment, pacer: Pacer | None, sink: ResultFiles | None) -> Outcome:
+def _exit_status(report: Report, interruption: Interruption) -> int:
+    if report.status == INTERRUPTED:
+        return signals.exit_status(interruption.number or signal.SIGINT)
+    return _EXIT[report.status]
+
+
+def _simulate(
+    experiment: Experiment,
+    pacer: Pacer | None,
+    sink: ResultFiles | None,
+    interruption: Interruption,
+    log_file: LogFile | None,
+) -> Outcome:
+    grid = experiment.grid
+    options = RunOptions(
+        limits=experiment.limits,
+        compared=experiment.compared,
+        scenario=experiment.scenario,
+        inputs=experiment.inputs,
+        pacer=pacer,
+        sink=sink,
+        keep_every=1 if sink is None else math.ceil(grid.n_ticks / _ROWS_IN_MEMORY),
+    )
+    with ExitStack() as stack:
+        return simulate_apart(
+            experiment.system,
+            experiment.schedule,
+            grid,
+            options,
+            interruption,
+            lambda: _shown(experiment, stack),
+            log_file,
+        )
+
+
+def _shown(experiment: Experiment, stack: ExitStack) -> ProgressCallback:
+    """Show a progress bar until the stack ends; return what moves it on."""
+    grid = experiment.grid
     columns = (
         TextColumn("{task.description}", markup=False),
         BarColumn(),
         TextColumn("{task.fields[t]}"),
         TimeRemainingColumn(),
     )
-    grid = experiment.grid
-    options = RunOptions(
-        limits=experiment.limits,
-        compared=experiment.compared,
-        scenario=experiment.scenario,
-        pacer=pacer,
-        sink=sink,
-        keep_every=1 if sink is None else math.ceil(grid.n_ticks / _ROWS_IN_MEMORY),
-    )
-    with Progress(*columns, console=STDERR, transient=True) as bar:
-        task = bar.add_task(experiment.name, total=grid.n_ticks, t="")
-        done, shown = 0, 0.0
+    bar = stack.enter_context(Progress(*columns, console=STDERR, transient=True))
+    task = bar.add_task(printable(experiment.config.name), total=grid.n_ticks, t="")
+    done, shown = 0, 0.0
 
-        def advance(ticks: int) -> None:
-            nonlocal done, shown
-            done += ticks
-            if time.monotonic() - shown >= _SECONDS_A_LOOK:  # in real time each tick comes here
-                shown = time.monotonic()
-                bar.update(task, completed=done, t=f"t = {grid.time(done):.2f} s")
+    def advance(ticks: int) -> None:
+        nonlocal done, shown
+        done += ticks
+        if time.monotonic() - shown >= _SECONDS_A_LOOK:  # in real time each tick comes here
+            shown = time.monotonic()
+            bar.update(task, completed=done, t=f"t = {grid.time(done):.2f} s")
 
-        return simulate.simulate(
-            experiment.system, experiment.schedule, grid, options=options, progress=advance
-        )
+    return advance
 
 
 def _answer(report: Report, as_json: bool) -> None:
@@ -148,6 +195,6 @@ def _answer(report: Report, as_json: bool) -> None:
         print_json(report.as_dict())
     else:
         for line in summary_lines(report):
-            click.echo(line)
+            say(line)
     if report.message:
-        click.echo(report.message, err=True)
+        say(report.message, err=True)

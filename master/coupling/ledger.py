@@ -117,16 +117,26 @@ def _rates(base: int, source: int, target: int) -> tuple[int, int]:
 def _entry(system: System, schedule: Schedule, wire: Wire, step_size: float) -> Entry:
     least, most = steps_of(schedule, wire)
     target = system.instances[wire.target.instance]
-    own = tuple(
-        _own(target, d, step_size * target.every)
-        for d in target.description.delays
-        if d.input == wire.target.variable.name
-    )
-    shown = tuple(o for o in own if o.seconds)
+    shown = _own_delays(target, wire.target.variable.name, step_size)
     if wire.extrapolation:
         gained = extrapolation.gained_steps(wire.extrapolation) * target.every * step_size
         shown += (OwnDelay("extrapolation", -gained, extrapolation.reason(wire.extrapolation)),)
     return Entry(wire.source.name, wire.target.name, least, most, step_size, shown)
+
+
+def input_entry(system: System, source: str, target: str, step_size: float) -> Entry:
+    """Return the entry of an input that a recording drives as an FMU does that steps before all others."""
+    instance, _, variable = target.partition(".")
+    return Entry(
+        source, target, 0, 0, step_size, _own_delays(system.instances[instance], variable, step_size)
+    )
+
+
+def _own_delays(target: Instance, variable: str, step_size: float) -> tuple[OwnDelay, ...]:
+    own = (
+        _own(target, d, step_size * target.every) for d in target.description.delays if d.input == variable
+    )
+    return tuple(o for o in own if o.seconds)
 
 
 def _own(target: Instance, delay: DeclaredDelay, step: float) -> OwnDelay:

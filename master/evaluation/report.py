@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict, dataclass, field
-from pathlib import Path
+from contextlib import suppress
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 from master.experiment.experiment import Experiment
-from master.recording.files import ResultFiles, write_result
-from master.stepping.outcome import Outcome
+from master.fmi.messages import Said
+from master.process.signals import Interruption
+from master.recording.files import ResultFiles, existing, write_result
+from master.recording.folder import LOG, PICTURE, SUMMARY, OutputFolder, reason
+from master.stepping.outcome import COMPLETED, FAILED, INTERRUPTED, TERMINATED, Outcome
 
 from .metrics import Metrics, compute_metrics
 from .plots import plot_run
@@ -33,6 +36,7 @@ class Report:
     not_reached: list[str] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
+    messages: list[Said] = field(default_factory=list)
 
     def as_dict(self) -> dict[str, Any]:
         """Fields for JSON."""
@@ -40,20 +44,87 @@ class Report:
 
 
 def save_run(
-    experiment: Experiment, outcome: Outcome, folder: Path, streamed: ResultFiles | None = None
+    experiment: Experiment,
+    outcome: Outcome,
+    folder: OutputFolder,
+    streamed: ResultFiles | None = None,
+    interruption: Interruption | None = None,
 ) -> Report:
-    """Write result files (unless streamed during the run), plot and summary.json; give the summary."""
+    """
+    Write result files (or end those streamed during the run), picture and summary.json; return the summary.
+
+    What the disk does not take is said in the summary, whose status is `failed` then; a run that is
+    interrupted while it is saved is `interrupted`.
+    """
+    files, fault = _save_rows(outcome, folder, streamed)
+    if (folder.path / LOG).exists():
+        files["log"] = str(folder.shown / LOG)
+    if fault and outcome.error is None:
+        outcome = replace(outcome, status=FAILED, cause=fault)
+    metrics, notes = _evaluated(experiment, outcome, files, folder, draws=not (fault or interruption))
+    if interruption and outcome.status in (COMPLETED, TERMINATED):
+        outcome = replace(outcome, status=INTERRUPTED)
+    notes = [*experiment.notes, *notes] + ([fault] if fault and outcome.error is not None else [])
+    report = replace(_summarise(experiment, outcome, files, metrics), notes=notes)
+    return _write_summary(report, folder)
+
+
+def _save_rows(
+    outcome: Outcome, folder: OutputFolder, streamed: ResultFiles | None
+) -> tuple[dict[str, str], str]:
+    """Save all rows; return the files that exist, and what went wrong."""
+    fault = outcome.storage_fault
+    if folder.vanished():
+        fault = fault or "removed during the run"
+    try:
+        if folder.vanished():
+            folder.restore()
+        if streamed is None:
+            write_result(outcome.result, folder.shown)
+        elif fault:
+            streamed.rescue()
+        else:
+            streamed.close()
+    except OSError as error:
+        fault = fault or reason(error)
+        folder.make_room()
+        if streamed is not None:
+            with suppress(OSError):
+                streamed.rescue()
+    where = f"{folder.shown}: results cannot be written whole: {fault}"
+    return existing(folder.shown), where if fault else ""
+
+
+def _evaluated(
+    experiment: Experiment, outcome: Outcome, files: dict[str, str], folder: OutputFolder, *, draws: bool
+) -> tuple[Metrics, list[str]]:
+    """Metrics, and the picture where one is drawn; notes on what could not be."""
     compare, result = experiment.compare, outcome.result
-    written = streamed or write_result(result, folder)
-    files = {"csv": str(written.csv), "parquet": str(written.parquet)}
-    metrics: Metrics = {}
-    if compare is not None:
-        metrics = compute_metrics(result, compare)
-        title = " / ".join(filter(None, (experiment.name, experiment.variant, outcome.status)))
-        files["plot"] = str(plot_run(result, compare, title, folder / "displacement_and_force.png"))
-    files["summary"] = str(folder / "summary.json")
-    report = _summarise(experiment, outcome, files, metrics)
-    Path(files["summary"]).write_text(json.dumps(report.as_dict(), indent=2) + "\n", encoding="utf-8")
+    if compare is None or not len(result.time):
+        return {}, []
+    metrics = compute_metrics(result, compare)
+    if not draws:
+        return metrics, []
+    title = " / ".join(filter(None, (experiment.name, experiment.variant, outcome.status)))
+    try:
+        files["plot"] = str(plot_run(result, compare, title, folder.shown / PICTURE))
+    except Exception as error:  # whatever a library finds in names and values: the results are there
+        return metrics, [f"{PICTURE} cannot be drawn: {' '.join(str(error).split()) or type(error).__name__}"]
+    return metrics, []
+
+
+def _write_summary(report: Report, folder: OutputFolder) -> Report:
+    path = folder.shown / SUMMARY
+    report = replace(report, files={**report.files, "summary": str(path)})
+    folder.make_room()
+    try:
+        path.write_text(json.dumps(report.as_dict(), indent=2) + "\n", encoding="utf-8")
+    except OSError as error:
+        path.unlink(missing_ok=True)
+        files = {kind: file for kind, file in report.files.items() if kind != "summary"}
+        said = f"{path}: cannot be written: {reason(error)}"
+        message = "\n".join(filter(None, (report.message, said)))
+        return replace(report, status=FAILED, files=files, message=message)
     return report
 
 
@@ -75,6 +146,7 @@ def _summarise(experiment: Experiment, outcome: Outcome, files: dict[str, str], 
         not_reached=outcome.not_reached,
         warnings=outcome.warnings,
         notes=experiment.notes,
+        messages=outcome.messages,
     )
 
 
@@ -83,6 +155,9 @@ def _message(outcome: Outcome) -> str:
         return str(outcome.error)
     return f"{outcome.status}: {outcome.cause}" if outcome.cause else ""
 
+
+_MOST_MESSAGES = 10
+_LONGEST_MESSAGE = 300
 
 _LABELS = {
     "zeta": ("damping ratio zeta", ".6f"),
@@ -109,8 +184,23 @@ def summary_lines(report: Report) -> list[str]:
     lines += [f"  {'an event that did not happen: when':<54}{text}" for text in report.not_reached]
     lines += [f"  warning: {text}" for text in report.warnings]
     lines += [f"  note: {note}" for note in report.notes]
+    lines += _message_lines(report.messages)
     lines += _real_time_lines(report.real_time or {})
     return lines + [f"  {kind:<54}{path}" for kind, path in report.files.items()]
+
+
+def _message_lines(messages: list[Said]) -> list[str]:
+    """Warnings and errors of FMUs, the worst first."""
+    worst_first = sorted(messages, key=lambda said: said.status == "warning")
+    lines = []
+    for said in worst_first[:_MOST_MESSAGES]:
+        when = "" if said.t is None else f" at t = {said.t:.9g} s"
+        times = "" if said.count == 1 else f", {said.count} times"
+        category = f"[{said.category}] " if said.category else ""
+        lines.append(f"  {said.status} of {said.fmu}{when}{times}: {category}{said.text[:_LONGEST_MESSAGE]}")
+    if len(messages) > _MOST_MESSAGES:
+        lines.append(f"  ... and {len(messages) - _MOST_MESSAGES} more messages of FMUs, in {SUMMARY}")
+    return lines
 
 
 def _real_time_lines(found: dict[str, Any]) -> list[str]:

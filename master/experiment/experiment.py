@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from master.coupling.algebraic import algebraic_loops
-from master.coupling.ledger import Ledger, make_ledger
+from master.coupling.ledger import Ledger, input_entry, make_ledger
 from master.coupling.schedule import Schedule
 from master.fmi.values import start_notes
 from master.system.config import Compare, Config, PhaseLead
 from master.system.graph import System
 from master.system.grid import Grid
+from master.system.inputs import MeasuredInputs
 from master.system.scenario import Scenario
 
 DIVERGENCE_FACTOR = 100.0
@@ -35,6 +36,7 @@ class Experiment:
     overridden: frozenset[str] = frozenset()
     remarks: tuple[str, ...] = ()
     is_designed: bool = False
+    inputs: MeasuredInputs = field(default_factory=MeasuredInputs)
 
     @property
     def name(self) -> str:
@@ -74,7 +76,9 @@ class Experiment:
     @property
     def ledger(self) -> Ledger:
         """Delays of all connections and loops."""
-        return make_ledger(self.system, self.schedule, self.config.step_size)
+        ledger = make_ledger(self.system, self.schedule, self.config.step_size)
+        fed = [input_entry(self.system, f.source, f.target, self.config.step_size) for f in self.inputs.feeds]
+        return replace(ledger, entries=(*ledger.entries, *fed))
 
     @property
     def notes(self) -> list[str]:

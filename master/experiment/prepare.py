@@ -18,6 +18,8 @@ from master.fmi.description_reader import read_description
 from master.ssp.reader import SUFFIXES, read_ssp
 from master.system.config import UNKNOWN_SOURCE, LoadedConfig, read_config, with_times
 from master.system.graph import Descriptions, System, join
+from master.system.grid import Grid
+from master.system.inputs import MeasuredInputs, measured_inputs, with_first_values
 from master.system.scenario import Scenario, make_scenario
 from master.text.scalar import Setting
 from master.text.signal_name import SignalName
@@ -85,18 +87,20 @@ class _Preparation:
         schedule = self._schedule(system)
         longer = max(loaded, self.loaded, key=lambda one: one.config.stop_time)  # events may be cut off
         scenario = self._scenario(longer, system)
+        inputs = self._inputs(loaded, system)
         self._check_phase_lead(system)
         if self.problems or schedule is None:
             raise ConfigError(self.problems)
         return Experiment(
             config=loaded.config,
             variant=self.request.variant,
-            system=system,
+            system=with_first_values(system, inputs),
             schedule=schedule,
             scenario=scenario,
             overridden=frozenset(overrides),
             remarks=loaded.notes,
             is_designed=loaded.is_designed,
+            inputs=inputs,
         )
 
     def _with_times(self) -> LoadedConfig:
@@ -192,6 +196,15 @@ class _Preparation:
         except ConfigError as error:
             self.problems += error.problems
         return Scenario()
+
+    def _inputs(self, loaded: LoadedConfig, system: System) -> MeasuredInputs:
+        config = loaded.config
+        grid = Grid(config.start_time, config.step_size, config.n_ticks)
+        try:
+            return measured_inputs(loaded, system, grid)
+        except ConfigError as error:
+            self.problems += error.problems
+        return MeasuredInputs()
 
     def _check_phase_lead(self, system: System) -> None:
         """Refuse a phase lead that cannot be designed, unless it is switched off."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from . import logger
 from .description import Kind, Variable
 from .loaded_fmu import FmuSlave, address
 from .slave import CInterface
@@ -67,6 +68,7 @@ class Fmi2Slave(FmuSlave):
         if finalise is not None:
             finalise()
         self._fmu.freeLibrary()
+        logger.remove(self._environment)
 
     def _setter(self, variable: Variable) -> Callable[..., Any]:
         setter: Callable[..., Any] = getattr(self._fmu, f"set{_NAMES[variable.kind]}")
@@ -86,10 +88,9 @@ class Fmi2Slave(FmuSlave):
         )
 
         callbacks = fmi2CallbackFunctions()
-        callbacks.logger = fmi2CallbackLoggerTYPE(self._log)
+        callbacks.logger = fmi2CallbackLoggerTYPE(logger.address())
         callbacks.allocateMemory = fmi2CallbackAllocateMemoryTYPE(calloc)
         callbacks.freeMemory = fmi2CallbackFreeMemoryTYPE(free)
+        self._environment = logger.add(self._note)
+        callbacks.componentEnvironment = self._environment
         return callbacks
-
-    def _log(self, _: Any, __: Any, status: int, ___: Any, message: bytes | None) -> None:
-        self._note(status, message)

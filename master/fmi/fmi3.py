@@ -6,9 +6,11 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+from . import messages
 from .description import Kind, Variable
 from .event_mode import EventMode
 from .loaded_fmu import FmuSlave, address, read_number
+from .printf import text_of
 from .slave import CInterface
 from .value_types import BOOLEAN, FLOAT32, FLOAT64, NAMES
 
@@ -117,7 +119,7 @@ class Fmi3Slave(FmuSlave):
         except Exception:  # FMPy raises bare exceptions
             if not self.description.has_event_mode:
                 raise
-            self._messages.clear()
+            messages.current().forget(self.name)
             self._refuse_ticked_clocks()
             fmu.instantiate(loggingOn=True, logMessage=self._log, eventModeUsed=True, earlyReturnAllowed=True)
             self._events = EventMode(fmu)
@@ -145,5 +147,5 @@ class Fmi3Slave(FmuSlave):
         getter: Callable[..., Any] = getattr(self._fmu, f"get{NAMES[variable.value_type]}")
         return getter
 
-    def _log(self, _: Any, status: int, __: Any, message: bytes | None) -> None:
-        self._note(status, message)
+    def _log(self, _: Any, status: int, category: bytes | None, message: bytes | None) -> None:
+        self._note(status, text_of(category), text_of(message))

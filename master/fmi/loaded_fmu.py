@@ -9,9 +9,12 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from master.errors import FmuError
+from master.process import position
 
-from . import unpacked
+from . import messages, unpacked
 from .description import Description, Kind, Variable
+from .messages import CHANGES_FLOAT_MODE
+from .native.float_mode import restore_float_mode
 from .status import Status, described, status_name
 from .value_types import LONG, RANGES, TYPE_RANGES
 from .values import shown
@@ -24,15 +27,17 @@ class FmuSlave:
 
     def __init__(self, name: str, description: Description) -> None:
         self.name, self.description = name, description
-        self._messages: list[str] = []
         self._ends_with_error = False
         self._is_initialised = False
         self._folder = unpacked.acquire(description, unpacked.unpack)
+        self._enter("instantiate")
         try:
             self._fmu: Any = self._instantiate()
         except Exception as error:  # FMPy and the loader raise bare exceptions
             unpacked.release(self._folder)
             raise FmuError(name, self._failure(f"cannot be loaded: {error}")) from None
+        finally:
+            self._leave()
         _raise_for_negative_statuses(self._fmu)
 
     def _instantiate(self) -> Any:
@@ -76,7 +81,7 @@ class FmuSlave:
         self.set([self.description.by_name[key] for key in start], list(start.values()))
 
     def reset(self) -> None:
-        self._messages.clear()
+        messages.current().forget(self.name)
         self._is_initialised = False
         self._call(self._fmu.reset)
 
@@ -85,7 +90,7 @@ class FmuSlave:
         self._is_initialised = True
 
     def last_message(self) -> str:
-        return self._messages[-1] if self._messages else ""
+        return messages.current().of_call(self.name)
 
     def asked_for_end(self) -> bool:
         return False
@@ -94,16 +99,21 @@ class FmuSlave:
         if not fatal:
             try:
                 if self._is_initialised and not failed:
+                    self._enter("terminate")
                     self._fmu.terminate()
+                self._enter("freeInstance")
                 self._free()
             except Exception as error:  # an FMU that fails at its end has given its results already
                 _logger.warning("%s: %s", self.name, error)
+        self._leave()
         unpacked.release(self._folder)
 
     def _free(self) -> None:
         self._fmu.freeInstance()
 
     def _call(self, function: Callable[..., Any], *arguments: Any, **named: Any) -> Any:
+        position.current().check_stop()
+        self._enter(function.__name__)
         try:
             return function(*arguments, **named)
         except Exception as error:  # FMPy: FMICallException with a status
@@ -115,17 +125,27 @@ class FmuSlave:
             if said != answer and status != Status.ERROR:
                 said = f"{said} ({answer})"
             raise FmuError(self.name, said, status=status_name(status)) from None
+        finally:
+            self._leave()
+
+    def _enter(self, function: str) -> None:
+        """Note a call, by the name that FMPy's method has."""
+        named = f"fmi{self.description.version}{function[0].upper()}{function[1:]}"
+        position.current().enter(self.name, named)
+
+    def _leave(self) -> None:
+        """Note the end of a call, and undo what it changed for the next one."""
+        position.current().leave()
+        if restore_float_mode():
+            self._note(Status.WARNING, "floating point", CHANGES_FLOAT_MODE)
 
     def _failure(self, text: str) -> str:
-        """What the FMU said is wrong; PythonFMU's note on an exception only if there is nothing else."""
-        said = next((m for m in reversed(self._messages) if "py exception" not in m), "")
-        return said or text
+        """What the FMU said of the call that failed, else the text."""
+        return self.last_message() or text
 
-    def _note(self, status: int, message: bytes | None) -> None:
-        text = (message or b"").decode("utf-8", errors="replace").strip()
+    def _note(self, status: int, category: str, text: str) -> None:
         _logger.debug("%s (%s): %s", self.name, status_name(status), text)
-        if status:
-            self._messages.append(text)
+        messages.current().note(self.name, status, category, text)
         self._ends_with_error = status >= Status.ERROR
 
 

@@ -1,16 +1,31 @@
-"""Result files that other tools open: CSV in FMPy's form, Parquet with units."""
+"""
+Result files that other tools open: CSV in FMPy's form, Parquet with units.
+
+While a run writes row by row, its Parquet file is a series of parts, each complete, so that what was written
+can be read whenever the process ends; they become one file when the run ends.
+"""
 
 from __future__ import annotations
 
+import contextlib
+import errno
+import os
+import time
+from collections.abc import Iterator
 from pathlib import Path
 from types import TracebackType
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 
+from .folder import CSV, PARQUET, PARTS
 from .recorder import Result
 
-CSV, PARQUET = "result.csv", "result.parquet"
+_PART_SECONDS = 0.5
+_PART_SHARE = 0.02  # of the time since the first row, so that a run of hours has some hundred parts
+_PART_BYTES = 2**26
+_BLOCK_ROWS = 1000
+_BLOCK_SECONDS = 0.1  # rows that come one by one are written in blocks
 
 
 class ResultFiles:
@@ -19,25 +34,50 @@ class ResultFiles:
 
     CSV: `"time","instance.variable",...` with all digits, one row a communication point. Parquet: one
     column a signal, its unit in the field's metadata under `unit`.
+
+    Methods raise OSError where a file cannot be written or was removed; `rescue` then saves what it can.
     """
 
     def __init__(self, folder: Path) -> None:
         folder.mkdir(parents=True, exist_ok=True)
+        self.folder = folder
         self.csv, self.parquet = folder / CSV, folder / PARQUET
-        self._writers: list[Any] = []
+        self.n_rows = 0
+        self._waiting: list[Any] = []
+        self._looked = -np.inf
+        self._csv: _Csv | None = None
+        self._parts: _Parts | None = None
 
     def write(self, result: Result) -> None:
         """Append rows."""
-        table = _table(result)
-        if not self._writers:
-            from pyarrow import csv, parquet
+        self._waiting.append(_table(result))
+        if time.monotonic() - self._looked >= _BLOCK_SECONDS:
+            self._looked = time.monotonic()
+            self._write_waiting()
 
-            self._writers = [
-                csv.CSVWriter(str(self.csv), table.schema),
-                parquet.ParquetWriter(str(self.parquet), table.schema),
-            ]
-        for writer in self._writers:
-            writer.write_table(table)
+    def close(self) -> None:
+        """Write what is left, and make one Parquet file of the parts."""
+        self._write_waiting()
+        if self._csv is not None and self._parts is not None:
+            self._csv.close()
+            self._parts.join(self.parquet)
+
+    def rescue(self) -> None:
+        """After an OSError: keep every row that was written, in files that can be read."""
+        self._waiting.clear()
+        if self._csv is None or self._parts is None:
+            return
+        self._csv.keep_whole_rows()
+        with contextlib.suppress(OSError):
+            if not self._csv.is_in_place():
+                self.folder.mkdir(parents=True, exist_ok=True)
+                self._csv.write_again()
+                _parquet_of_csv(self.csv, self.parquet, self._parts.schema)
+            elif self._parts.is_empty():
+                _parquet_of_csv(self.csv, self.parquet, self._parts.schema)
+            else:
+                self._parts.join(self.parquet)
+        self._csv.close()
 
     def __enter__(self) -> ResultFiles:
         return self
@@ -45,14 +85,157 @@ class ResultFiles:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        for writer in self._writers:
-            writer.close()
+        self.close()
+
+    def _write_waiting(self) -> None:
+        if not self._waiting:
+            return
+        import pyarrow as pa
+
+        table = pa.concat_tables(self._waiting)
+        if self._csv is None or self._parts is None:
+            self._csv = _Csv(self.csv, table.schema)
+            self._parts = _Parts(self.folder, table.schema)
+        self._waiting.clear()
+        self._csv.write(table)
+        self._parts.write(table)
+        self.n_rows += len(table)
+
+
+class _Csv:
+    """The CSV file, with the length that it had after its last whole row."""
+
+    def __init__(self, path: Path, schema: Any) -> None:
+        from pyarrow import csv
+
+        self._path = path
+        self._file: IO[bytes] = path.open("w+b", buffering=0)
+        self._writer = csv.CSVWriter(_Unclosed(self._file), schema)
+        self._whole = self._file.tell()
+
+    def write(self, table: Any) -> None:
+        for first in range(0, len(table), _BLOCK_ROWS):
+            self._writer.write_table(table.slice(first, _BLOCK_ROWS))
+            self._whole = self._file.tell()
+        if not self.is_in_place():
+            raise FileNotFoundError(errno.ENOENT, "removed during the run", str(self._path))
+
+    def is_in_place(self) -> bool:
+        """Whether the path still leads to the file that is written."""
+        try:
+            return os.path.samestat(os.stat(self._path), os.fstat(self._file.fileno()))
+        except OSError:
+            return False
+
+    def keep_whole_rows(self) -> None:
+        self._file.truncate(self._whole)
+
+    def write_again(self) -> None:
+        """Write a file that was removed again, from the descriptor that still holds its content."""
+        self._file.seek(0)
+        with self._path.open("wb") as copy:
+            while block := self._file.read(2**20):
+                copy.write(block)
+
+    def close(self) -> None:
+        with contextlib.suppress(OSError):
+            self._writer.close()
+        self._file.close()
+
+
+class _Unclosed:
+    """A file for pyarrow, which would close it with its writer, and takes a short write for a whole one."""
+
+    closed = False
+
+    def __init__(self, file: IO[bytes]) -> None:
+        self._file = file
+
+    def write(self, data: bytes) -> int:
+        rest = memoryview(data)
+        while len(rest):
+            rest = rest[self._file.write(rest) :]
+        return len(data)
+
+    def flush(self) -> None:
+        """Nothing waits."""
+
+    def tell(self) -> int:
+        return self._file.tell()
+
+    def close(self) -> None:
+        """The file is closed by its owner."""
+
+
+class _Parts:
+    """Parquet files of some rows each, which appear under their names when they are complete."""
+
+    def __init__(self, folder: Path, schema: Any) -> None:
+        self.schema = schema
+        self._folder = folder
+        self._tables: list[Any] = []
+        self._paths: list[Path] = []
+        self._begin = self._last = time.monotonic()
+
+    def write(self, table: Any) -> None:
+        """Take rows; a part is written when enough have come."""
+        self._tables.append(table)
+        now = time.monotonic()
+        n_bytes = sum(t.nbytes for t in self._tables)
+        if now - self._last > max(_PART_SECONDS, _PART_SHARE * (now - self._begin)) or n_bytes > _PART_BYTES:
+            self._write_part()
+            self._last = time.monotonic()
+
+    def is_empty(self) -> bool:
+        """Whether it holds no row."""
+        return not (self._paths or self._tables)
+
+    def join(self, path: Path) -> None:
+        """Write the last rows, and make one file of all parts; they go when it is complete."""
+        if self._paths:
+            self._write_part()
+        with _appearing(path) as new, _writer(new, self.schema) as writer:
+            for part in self._paths:
+                for batch in _batches(part):
+                    writer.write_batch(batch)
+            for table in self._tables:
+                writer.write_table(table)
+        self._tables.clear()
+        for part in self._paths:
+            part.unlink()
+        self._paths.clear()
+
+    def _write_part(self) -> None:
+        if not self._tables:
+            return
+        import pyarrow as pa
+
+        path = self._folder / PARTS.replace("*", f"{len(self._paths) + 1:05d}")
+        with _appearing(path) as new, _writer(new, self.schema) as writer:
+            writer.write_table(pa.concat_tables(self._tables))
+        self._paths.append(path)
+        self._tables.clear()
+
+
+def existing(folder: Path) -> dict[str, str]:
+    """Return the result files that are in a folder, by kind; Parquet may be there as parts."""
+    found = {kind: folder / name for kind, name in (("csv", CSV), ("parquet", PARQUET))}
+    there = {kind: str(path) for kind, path in found.items() if path.exists()}
+    if "parquet" not in there and any(folder.glob(PARTS)):
+        there["parquet"] = str(folder / PARTS)
+    return there
 
 
 def write_result(result: Result, folder: Path) -> ResultFiles:
-    """Write a whole result."""
-    with ResultFiles(folder) as files:
+    """Write a whole result; OSError if that cannot be, with the files that could be written in place."""
+    files = ResultFiles(folder)
+    try:
         files.write(result)
+        files.close()
+    except OSError:
+        with contextlib.suppress(OSError):
+            files.rescue()
+        raise
     return files
 
 
@@ -65,6 +248,42 @@ def read_csv(path: Path) -> Result:
     columns = [table.column(name).to_numpy() for name in table.column_names]
     values = np.column_stack(columns[1:]) if names else np.empty((len(columns[0]), 0))
     return Result(columns[0], names, ("",) * len(names), values)
+
+
+@contextlib.contextmanager
+def _appearing(path: Path) -> Iterator[Path]:
+    """Write a file under another name first: under its own it is complete, or it is not there."""
+    new = path.with_name(f".{path.name}.new")
+    try:
+        yield new
+        new.replace(path)
+    finally:
+        new.unlink(missing_ok=True)
+
+
+@contextlib.contextmanager
+def _writer(path: Path, schema: Any) -> Iterator[Any]:
+    from pyarrow import parquet
+
+    with path.open("wb") as file, parquet.ParquetWriter(file, schema) as writer:
+        yield writer
+
+
+def _batches(path: Path) -> Iterator[Any]:
+    from pyarrow import parquet
+
+    with parquet.ParquetFile(str(path)) as file:
+        yield from file.iter_batches()
+
+
+def _parquet_of_csv(source: Path, target: Path, schema: Any) -> None:
+    from pyarrow import csv
+
+    types = csv.ConvertOptions(column_types={field.name: field.type for field in schema})
+    reader = csv.open_csv(str(source), convert_options=types)
+    with reader, _appearing(target) as new, _writer(new, schema) as writer:
+        for batch in reader:
+            writer.write_batch(batch.replace_schema_metadata(None).cast(schema))
 
 
 def _table(result: Result) -> Any:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from master.system.graph import Port
+if TYPE_CHECKING:
+    from master.system.graph import Port
 
 Floats = NDArray[np.float64]
 
@@ -45,6 +46,26 @@ class Sink(Protocol):
         ...
 
 
+class Rows(Protocol):
+    """What a run fills with rows."""
+
+    def most(self, wanted: int) -> int:
+        """Return how many rows there is room for now, at least 1 and at most as wanted."""
+        ...
+
+    def room(self, n: int) -> Floats:
+        """Rows to be filled and then added, shape (n, signals)."""
+        ...
+
+    def add(self, rows: Floats) -> None:
+        """Append rows, shape (n, signals)."""
+        ...
+
+    def result(self) -> Result:
+        """All rows that were kept."""
+        ...
+
+
 @dataclass
 class Recorder:
     """
@@ -65,6 +86,9 @@ class Recorder:
 
     def __post_init__(self) -> None:
         self._table = np.empty((0, len(self.ports)))
+
+    def most(self, wanted: int) -> int:
+        return wanted
 
     def room(self, n: int) -> Floats:
         """Rows to be filled and then added, shape (n, signals): in the table itself where all are kept."""
@@ -89,6 +113,10 @@ class Recorder:
     def result(self) -> Result:
         """All rows that were kept."""
         return self._result(self.keep_every * np.arange(self._n_kept), self._table[: self._n_kept])
+
+    def as_result(self, rows: Floats) -> Result:
+        """Return rows collected elsewhere from the first one on, shape (n, signals), as a result."""
+        return self._result(np.arange(len(rows)), rows)
 
     def _grow(self, n: int) -> None:
         if n > len(self._table):

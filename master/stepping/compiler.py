@@ -12,6 +12,7 @@ from master.coupling.schedule import Schedule
 from master.errors import ConfigError
 from master.fmi.description import Kind, Variable
 from master.fmi.slave import Slave
+from master.process import position
 from master.stepping.machine.program import (
     BLOCK_WIDTH,
     CONVERSION_WIDTH,
@@ -235,7 +236,14 @@ class _Compiler:
             residuals=_table(self.residuals, RESIDUAL_WIDTH),
             tolerances=np.array(self.tolerances, dtype=np.float64),
             channels=np.zeros((len(self.channel_of), len(Channel))),
+            position=self._position(),
         )
+
+    def _position(self) -> NDArray[np.float64]:
+        """Cells in which the run writes where it is."""
+        present = position.current()
+        present.slaves = [(name, interface.version) for name, interface in self.interfaces.items()]
+        return np.asarray(present.cells)
 
     def _slave(self, name: str) -> list[int]:
         interface = self.interfaces[name]

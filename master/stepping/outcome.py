@@ -7,8 +7,10 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from master.errors import FmuError
-from master.recording.recorder import Result, Sink
+from master.fmi.messages import MessageLog, Said
+from master.recording.recorder import Result, Rows, Sink
 from master.stepping.pacing import Pacer
+from master.system.inputs import MeasuredInputs
 from master.system.scenario import Scenario
 
 COMPLETED, DIVERGED, FAILED, INTERRUPTED, OVERRUN, TERMINATED = (
@@ -28,7 +30,8 @@ class RunOptions:
 
     `limits`: largest magnitude by signal, beyond which the run has diverged. `compared`: signals that have to
     be finite even if nothing takes them. `scenario`: events. `pacer`: real time. `sink`: where all rows go;
-    then every `keep_every`-th stays in memory.
+    then every `keep_every`-th stays in memory. `recorder`: where rows are collected instead of in memory of
+    this process. `log`: takes the messages of FMUs. `inputs`: those under recordings.
     """
 
     limits: Mapping[str, float] = field(default_factory=dict)
@@ -37,6 +40,9 @@ class RunOptions:
     pacer: Pacer | None = None
     sink: Sink | None = None
     keep_every: int = 1
+    recorder: Rows | None = None
+    log: MessageLog | None = None
+    inputs: MeasuredInputs = field(default_factory=MeasuredInputs)
 
 
 @dataclass
@@ -45,7 +51,8 @@ class Outcome:
     How a run ended and what it computed.
 
     `error` says why if it failed, `cause` why it ended early; `not_reached` are the conditions of a
-    scenario that did not come true, `warnings` what did not end the run but should be known.
+    scenario that did not come true, `warnings` what did not end the run but should be known,
+    `messages` what FMUs said is wrong, `storage_fault` what went wrong with the files it wrote.
     """
 
     status: str
@@ -57,3 +64,5 @@ class Outcome:
     real_time: dict[str, Any] | None = None
     not_reached: list[str] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
+    storage_fault: str = ""
+    messages: list[Said] = field(default_factory=list)

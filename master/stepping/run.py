@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import signal
 import time
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager, nullcontext
+from collections.abc import Callable, Mapping
+from contextlib import nullcontext
 from typing import Any
 
 from master.errors import FmuError
+from master.fmi import messages
 from master.fmi.slave import Slave
 from master.fmi.status import Status
-from master.recording.recorder import Recorder
+from master.process import position, signals
+from master.recording.recorder import Recorder, Rows
 from master.stepping.outcome import (
     COMPLETED,
     DIVERGED,
@@ -41,6 +43,11 @@ Execute = Callable[..., Execution]
 ProgressCallback = Callable[[int], None]
 
 
+def recorded_ports(system: System) -> list[Port]:
+    """List what a run records: all outputs."""
+    return [Port(n, v) for n, i in system.instances.items() for v in i.description.outputs]
+
+
 class RunLoop:
     """One run over the grid; the slaves are initialised."""
 
@@ -52,8 +59,9 @@ class RunLoop:
         self.program = program
         self.slaves = slaves
         self.options = options
-        self.ports = [Port(n, v) for n, i in system.instances.items() for v in i.description.outputs]
-        self.recorder = Recorder(
+        self.ports = recorded_ports(system)
+        self.position = position.current()
+        self.recorder: Rows = options.recorder or Recorder(
             self.ports, grid.t0, grid.step_size, options.keep_every, options.sink, grid.n_ticks + 1
         )
         self.player = ScenarioPlayer(options.scenario, system, program, slaves, grid)
@@ -66,12 +74,13 @@ class RunLoop:
         read_initial_values(self.system, self.slaves, self.program)
         self.recorder.add(self.program.values[self.monitor.record][None, :])
         self._execute(execute, 0)
+        self.position.cells[position.STAGE] = position.STEPPING
         self.seconds = 0.0
         pacer, chunk = self.options.pacer, _FIRST_CHUNK
         self.player.look(self.monitor.triggers, 0)
-        with _interruptible() as interrupted, nullcontext() if pacer is None else pacer.pacing():
+        with signals.noted([signal.SIGINT]), nullcontext() if pacer is None else pacer.pacing():
             while self.done < self.grid.n_ticks:
-                if interrupted():
+                if self.position.cells[position.STOP]:
                     return self._outcome(INTERRUPTED)
                 self.player.advance(self.done)
                 if pacer is not None:
@@ -79,6 +88,7 @@ class RunLoop:
                     chunk = 1
                 n, before = self._chunk(chunk), self.seconds
                 ended = self._ended(self._execute(execute, n))
+                self._report_float_mode()
                 progress(n)
                 if ended is not None:
                     return ended
@@ -90,7 +100,8 @@ class RunLoop:
 
     def _chunk(self, wanted: int) -> int:
         """Number of ticks until the next event of the scenario, the end of the run, or as wanted."""
-        return max(1, min(wanted, self.grid.n_ticks - self.done, self.player.next_tick() - self.done))
+        until_event = self.player.next_tick() - self.done
+        return self.recorder.most(max(1, min(wanted, self.grid.n_ticks - self.done, until_event)))
 
     def _execute(self, execute: Execute, n: int) -> Execution:
         rows = self.recorder.room(n)
@@ -104,6 +115,16 @@ class RunLoop:
             self.recorder.add(rows[: ended.ticks])
         self.done += ended.ticks
         return ended
+
+    def _report_float_mode(self) -> None:
+        """Say whose floating-point mode was undone."""
+        cells = self.position.cells
+        slave = int(cells[position.FLOAT_MODE])
+        if slave:
+            cells[position.FLOAT_MODE] = 0.0
+            cells[position.TICK] = cells[position.FLOAT_TICK]
+            name = list(self.system.instances)[slave - 1]
+            messages.current().note(name, Status.WARNING, "floating point", messages.CHANGES_FLOAT_MODE)
 
     def _ended(self, ended: Execution) -> Outcome | None:
         match ended.stop:
@@ -160,18 +181,3 @@ class RunLoop:
         limits = self.options.limits
         used = used_signals(self.system, limits, self.options.compared, self.player.conditions())
         return make_limit_monitor(self.program, self.ports, limits, used, triggers, thresholds)
-
-
-@contextmanager
-def _interruptible() -> Iterator[Callable[[], bool]]:
-    """Note Ctrl-C instead of raising it inside an FMU; outside the main thread nothing is changed."""
-    seen: list[int] = []
-    try:
-        previous = signal.signal(signal.SIGINT, lambda *what: seen.append(what[0]))
-    except ValueError:
-        yield lambda: False
-        return
-    try:
-        yield lambda: bool(seen)
-    finally:
-        signal.signal(signal.SIGINT, previous)

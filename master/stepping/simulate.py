@@ -7,11 +7,14 @@ from contextlib import contextmanager
 
 from master.coupling.schedule import Schedule
 from master.errors import FmuError
+from master.fmi import messages
 from master.fmi.description import Description
 from master.fmi.fmi2 import Fmi2Slave
 from master.fmi.fmi3 import Fmi3Slave
+from master.fmi.messages import MessageLog
 from master.fmi.native import calls
 from master.fmi.slave import Slave
+from master.process import position
 from master.stepping.machine.compiled import compiled as compiled_execute
 from master.stepping.machine.interpreter import execute
 from master.stepping.machine.program import Program
@@ -85,26 +88,38 @@ def running(
 ) -> Iterator[tuple[Outcome, Mapping[str, Slave]]]:
     """Step a system as `simulate` does; yields its FMUs too, which end after the block."""
     options = options or RunOptions()
+    log = options.log or MessageLog(grid.time)
     slaves: dict[str, Slave] = {}
     failed: dict[str, str] = {}
-    try:
-        for name, instance in system.instances.items():
-            slaves[name] = factory(name, instance.description)
-        stop = grid.stop({i.every for i in system.instances.values()})
-        initialise(system, schedule, slaves, grid.t0, stop)
-        program = build_program(system, schedule, slaves, options.scenario.channels())
-        loop = RunLoop(system, grid, program, slaves, options)
-        outcome = loop.run(compiled_execute() if compiled else execute, progress)
-        if outcome.error is not None:
-            failed[outcome.error.instance] = outcome.error.status
-        _free_states(program, slaves, failed)
-        yield outcome, slaves
-    except FmuError as error:
-        failed[error.instance] = error.status
-        raise
-    finally:
-        for name, slave in slaves.items():
-            slave.close(failed=name in failed, fatal=failed.get(name) == FATAL)
+    outcome: Outcome | None = None
+    position.current().begin()
+    with messages.collecting(log):
+        try:
+            for name, instance in system.instances.items():
+                slaves[name] = factory(name, instance.description)
+            stop = grid.stop({i.every for i in system.instances.values()})
+            initialise(system, schedule, slaves, grid.t0, stop)
+            inputs = options.inputs
+            program = build_program(
+                system, schedule, slaves, options.scenario.channels(), measured=inputs.columns
+            )
+            if inputs.values is not None:
+                program.feed(inputs.values)
+            loop = RunLoop(system, grid, program, slaves, options)
+            outcome = loop.run(compiled_execute() if compiled else execute, progress)
+            outcome.messages = log.summary()
+            if outcome.error is not None:
+                failed[outcome.error.instance] = outcome.error.status
+            _free_states(program, slaves, failed)
+            yield outcome, slaves
+        except FmuError as error:
+            failed[error.instance] = error.status
+            raise
+        finally:
+            for name, slave in slaves.items():
+                slave.close(failed=name in failed, fatal=failed.get(name) == FATAL)
+            if outcome is not None:
+                outcome.messages = log.summary()
 
 
 def _free_states(program: Program, slaves: Mapping[str, Slave], failed: Collection[str]) -> None:

@@ -123,6 +123,28 @@ class Event(Section):
         return self
 
 
+class MeasuredColumn(Section):
+    """A column of a recording and its unit (None: the one that is expected)."""
+
+    column: str
+    unit: str | None = None
+
+
+class InputFile(Section):
+    """
+    A recording that drives inputs which no wire does.
+
+    `array` names a table of an NPZ or MAT. Between its samples an input holds the last one, or lies on the
+    line to the next one.
+    """
+
+    file: str
+    time: MeasuredColumn
+    map: Annotated[dict[SignalKey, MeasuredColumn], Field(min_length=1)]
+    interpolation: Literal["hold", "linear"] = "hold"
+    array: str | None = None
+
+
 class PhaseLead(Section):
     """
     The DPDC of an FMU, designed from the plant before the run; ranges of m_s, m_e, k_m, k_p.
@@ -168,6 +190,7 @@ class Config(Section):
     compare: Compare | None = None
     dpdc: PhaseLead | None = None
     events: list[Event] = []
+    inputs: list[InputFile] = []
     limits: dict[SignalKey, Positive] = {}
 
     @classmethod
@@ -197,6 +220,11 @@ class Config(Section):
                 f"expected a step_size of at least {distance / FINEST:.3g}"
             )
         return stop_time
+
+    @field_validator("inputs", mode="before")
+    @classmethod
+    def _one_file_or_more(cls, value: Any) -> Any:
+        return [value] if isinstance(value, dict) else value
 
     @property
     def n_ticks(self) -> int:

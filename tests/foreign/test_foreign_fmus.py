@@ -22,11 +22,11 @@ def test_a_status_ends_the_run_with_the_words_of_the_fmu(fmu, tmp_path, version,
 
     assert (outcome.status, outcome.steps, outcome.error.status) == ("failed", 2, name)
     answer = " (the step answered with status discard: it cannot do this)" if name == "discard" else ""
-    assert str(outcome.error) == f"a at t=0.2 s: rope torn{answer}"
+    assert str(outcome.error) == f"a at t=0.2 s: [status] rope torn{answer}"
 
 
 END, END_WITHIN, EARLY, NO_PROGRESS, EVENTS = range(10, 15)  # requests of the test FMUs from 0.2 s on
-ASKS = "asks for the end of the simulation, rope torn"
+ASKS = "asks for the end of the simulation, [status] rope torn"
 
 
 @pytest.mark.parametrize(
@@ -99,7 +99,7 @@ def test_an_fmu_that_would_have_its_clocks_ticked_is_named(fmu, tmp_path):
 def test_an_fmu_that_needs_what_it_does_not_declare_says_so_itself(fmu, tmp_path):
     fmu("3.0", describe_3(token="events"))
 
-    with pytest.raises(FmuError, match=r"^a: works in event mode only$"):
+    with pytest.raises(FmuError, match=r"^a: \[status\] works in event mode only$"):
         run(tmp_path, {"a": {"source": "./types3.fmu"}})
 
 

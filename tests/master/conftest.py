@@ -87,7 +87,9 @@ def bay(tmp_path, monkeypatch):
     )
     stub_needs_no_binary = importlib.import_module("master.cli.check")
     monkeypatch.setattr(stub_needs_no_binary, "require_runnable", lambda descriptions: None)
-    monkeypatch.setattr(simulate, "simulate", functools.partial(simulate.simulate, factory=factory))
+    for function in ("simulate", "running"):
+        made_with = functools.partial(getattr(simulate, function), factory=factory)
+        monkeypatch.setattr(simulate, function, made_with)
 
     def write(text: str) -> Path:
         path = tmp_path / "system.yaml"
@@ -99,5 +101,5 @@ def bay(tmp_path, monkeypatch):
             preparation.prepare(write(text), preparation.Request(**request))
         return [p.replace(f"{tmp_path}/", "") for p in caught.value.problems]
 
-    space.write, space.faults, space.factory = write, faults, factory
+    space.write, space.faults, space.factory, space.made = write, faults, factory, made
     return space

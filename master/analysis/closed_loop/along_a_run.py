@@ -79,7 +79,8 @@ def linearity_along_run(laboratory: Linearisation, frozen: LinearSystem) -> Line
 
 
 def _run(laboratory: Linearisation) -> Result:
-    e, options = laboratory.experiment, RunOptions(limits=laboratory.experiment.limits)
+    e = laboratory.experiment
+    options = RunOptions(limits=e.limits, inputs=e.inputs)
     outcome = simulate(e.system, e.schedule, e.grid, options=options, factory=laboratory.factory)
     if outcome.error is not None:
         raise outcome.error

@@ -52,7 +52,7 @@ def measure_learned(
     """
     name = question.instance.name
     own = replace(system, instances={**system.instances, name: question.instance})
-    options = RunOptions(limits=experiment.limits, compared=experiment.compared)
+    options = RunOptions(limits=experiment.limits, compared=experiment.compared, inputs=experiment.inputs)
     with running(own, experiment.schedule, experiment.grid, options=options, factory=factory) as run:
         outcome, slaves = run
         if outcome.error is not None and outcome.error.instance == name:

@@ -11,8 +11,7 @@ import numpy as np
 from master.diagnosis.numerics.arrays import Array
 from master.errors import DataError
 from master.fmi.unit_names import unit
-
-from .tables import Table, read_table, shortened
+from master.recording.tables import Table, read_table, shortened
 
 FEWEST_SAMPLES = 200  # of a recording: below, no part of it says anything
 JITTER = 0.05  # of a step, by which it may differ from the usual one

@@ -101,7 +101,12 @@ def experiment_of(run: Run, progress: Progress = silent) -> Experiment:
 def perform(run: Run, wanted: Wanted) -> Recording:
     """Step a run and keep what is wanted."""
     experiment = experiment_of(run)
-    options = RunOptions(limits=experiment.limits, compared=experiment.compared, scenario=experiment.scenario)
+    options = RunOptions(
+        limits=experiment.limits,
+        compared=experiment.compared,
+        scenario=experiment.scenario,
+        inputs=experiment.inputs,
+    )
     outcome = simulate(experiment.system, experiment.schedule, experiment.grid, options=options)
     result = outcome.result
     trace = Trace(experiment, result)

@@ -34,8 +34,10 @@ SOURCES = (
     "coupling/extrapolation",
     "fmi/native/calls",
     "fmi/native/cells",
+    "fmi/native/float_mode",
     "fmi/native/jit",
     "fmi/value_types",
+    "process/position",
 )
 """All files whose code is compiled; a test compares them with what they import."""
 

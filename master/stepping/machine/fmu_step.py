@@ -12,11 +12,23 @@ from typing import NamedTuple
 
 from master.fmi.native import calls
 from master.fmi.native.cells import copy_cells, integer_at, load, pack, row_at, store, unpack
+from master.fmi.native.float_mode import restore_float_mode
 from master.fmi.native.jit import inlined
 from master.fmi.value_types import FLOAT64
+from master.process import position as cell
 
 from .operations import MISFIT, Answer, asks, handle_step_flags, is_bad
 from .program import BLOCK_WIDTH, CONVERSION_WIDTH, COPY_WIDTH, FEED_WIDTH
+
+# As numbers of their own, for compiled code.
+PHASE = cell.PHASE
+SLAVE = cell.SLAVE
+TICK = cell.TICK
+FLOAT_MODE = cell.FLOAT_MODE
+FLOAT_TICK = cell.FLOAT_TICK
+SETTING = float(cell.SETTING)
+MAKING_A_STEP = float(cell.MAKING_A_STEP)
+GETTING = float(cell.GETTING)
 
 ANSWERS = 32  # bytes, see `handle_step_flags`
 
@@ -91,10 +103,12 @@ def record(row: int, values: int, places: int, limits: int, n_first: int, n: int
 
 @inlined
 def step_fmu(
-    row: int, blocks: int, t: float, h: float, values: int, scratch: int, general: bool | None
+    row: int, blocks: int, t: float, h: float, values: int, scratch: int, general: bool | None, position: int
 ) -> FmuStep:
     """
     Set the inputs of an FMU, step it, and get its outputs; up to the first call that fails.
+
+    Whatever the FMU does to the floating-point mode is undone.
 
     Args:
         row: Address of its row in `slaves`.
@@ -104,20 +118,36 @@ def step_fmu(
         values: Address of the table of values.
         scratch: Address of `ANSWERS` bytes, followed by memory for a block of any type.
         general: None if all FMUs are of FMI 2.0.
+        position: Address of the cells that say where the run is.
     """
+    step = _called(row, blocks, t, h, values, scratch, general, position)
+    if restore_float_mode() != 0:
+        store(position, FLOAT_MODE, FLOAT64, load(position, SLAVE, FLOAT64) + 1.0)
+        store(position, FLOAT_TICK, FLOAT64, load(position, TICK, FLOAT64))
+    return step
+
+
+@inlined
+def _called(
+    row: int, blocks: int, t: float, h: float, values: int, scratch: int, general: bool | None, position: int
+) -> FmuStep:
+    """Make the calls of `step_fmu`."""
     component = integer_at(row, 0)
     version = 2 if general is None else integer_at(row, 1)
     typed = scratch + ANSWERS
+    store(position, PHASE, FLOAT64, SETTING)
     for j in range(integer_at(row, 3), integer_at(row, 4)):
         status = _set(component, version, row_at(blocks, BLOCK_WIDTH, j), values, typed)
         if is_bad(status):
             return FmuStep(status, SET, False)
+    store(position, PHASE, FLOAT64, MAKING_A_STEP)
     if general is None:
         answer = Answer(calls.do_step(integer_at(row, 2), component, t, h), False)
     else:
         answer = _do_step(component, version, integer_at(row, 2), t, h, scratch)
     if is_bad(answer.status):
         return FmuStep(answer.status, STEPPED, answer.asks_for_end)
+    store(position, PHASE, FLOAT64, GETTING)
     for j in range(integer_at(row, 5), integer_at(row, 6)):
         status = _get(component, version, row_at(blocks, BLOCK_WIDTH, j), values, typed)
         if is_bad(status):

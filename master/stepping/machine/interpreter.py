@@ -9,8 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from master.fmi.native import calls
-from master.fmi.native.cells import LARGEST_SIZE, integer_at, row_at
+from master.fmi.native.cells import LARGEST_SIZE, integer_at, row_at, store
 from master.fmi.native.jit import inner
+from master.fmi.value_types import FLOAT64
+from master.process.position import SLAVE, TICK
 
 from .fmu_step import ANSWERS, RESTORED, SAVED, STEPPED, copy, feed, record, step_fmu
 from .operations import ENDED_WITHIN, channel, close_loop, extrapolate, is_bad, mapped
@@ -173,7 +175,7 @@ def _after_tick(
 
 
 @inner
-def execute(
+def execute(  # noqa: C901 - the one dispatch over all operations, in one function for the compiler
     memory: Memory,
     monitor: LimitMonitor,
     t0: float,
@@ -210,7 +212,9 @@ def execute(
     places, limits = monitor.record.ctypes.data, monitor.limits.ctypes.data
     n_first, n_recorded, written = _n_first(monitor.record), monitor.record.size, rows.ctypes.data
     has_triggers = monitor.triggers.shape[0] > 0
+    position = memory.position.ctypes.data
     for k in range(begin, end):
+        store(position, TICK, FLOAT64, float(k))
         i, ended, row = 0, -1, k - begin
         while i < n_operations:
             at = row_at(operations, OPERATION_WIDTH, i)
@@ -223,7 +227,8 @@ def execute(
                 length = integer_at(at, 4)
                 t = t0 + (k + 1 - b) * h
                 slave = row_at(slaves, SLAVE_WIDTH, a)
-                step = step_fmu(slave, blocks, t, length * h, values, scratch_at, general)
+                store(position, SLAVE, FLOAT64, float(a))
+                step = step_fmu(slave, blocks, t, length * h, values, scratch_at, general, position)
                 if is_bad(step.status):
                     return Execution(FAILED, row, i, step.status, step.call)
                 if general is not None and step.asks_for_end:

@@ -98,6 +98,7 @@ class Memory(NamedTuple):
     `loops`: [operation to go back to, first row of `residuals`, after the last, most passes, passes]
     `residuals`: [source, target, conversion]: |factor * source + offset - target|, at most `tolerances`
     `channels`: a row of columns as in `master.system.channel.Channel` for each connection under a scenario
+    `position`: cells that say which tick, slave and function is going on, see `process.position`
     """
 
     operations: Integers
@@ -115,6 +116,7 @@ class Memory(NamedTuple):
     residuals: Integers
     tolerances: Floats
     channels: Floats
+    position: Floats
 
 
 class BlockRow(NamedTuple):

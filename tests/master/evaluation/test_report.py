@@ -1,10 +1,14 @@
 import json
+import signal
 from dataclasses import replace
 
 import pytest
 
 from master.api import prepare_to_run
+from master.evaluation import report as report_module
 from master.evaluation.report import save_run, summary_lines
+from master.process.signals import Interruption
+from master.recording.folder import OutputFolder
 from master.stepping import simulate
 from master.stepping.outcome import RunOptions
 
@@ -32,7 +36,8 @@ def saved(bay):
         outcome = simulate.simulate(
             experiment.system, experiment.schedule, experiment.grid, options=options, compiled=False
         )
-        return save_run(experiment, outcome, bay.folder / "out"), outcome
+        with OutputFolder(bay.folder / "out") as folder:
+            return save_run(experiment, outcome, folder), outcome
 
     return run
 
@@ -88,9 +93,9 @@ def test_without_a_comparison_there_is_no_plot_and_no_metric(saved):
 
 def test_speed_is_time_per_step_and_simulated_time_over_time(saved, bay):
     _, outcome = saved(("offset: 0.01", "offset: 1e6"))
-    report = save_run(
-        prepare_to_run(bay.folder / "system.yaml"), replace(outcome, seconds=0.012), bay.folder / "out"
-    )
+    experiment = prepare_to_run(bay.folder / "system.yaml")
+    with OutputFolder(bay.folder / "out") as folder:
+        report = save_run(experiment, replace(outcome, seconds=0.012), folder)
 
     assert report.us_per_step == pytest.approx(2000.0)
     assert report.realtime_factor == pytest.approx(3.0 / 0.012)
@@ -115,3 +120,22 @@ def test_a_metric_that_could_not_be_computed_is_a_dash(saved):
     report, _ = saved()
 
     assert f"  {'frequency [Hz]':<54}-" in summary_lines(report)
+
+
+def test_a_signal_while_the_picture_is_drawn_makes_the_run_an_interrupted_one(bay, monkeypatch):
+    interruption = Interruption()
+    draw = report_module.plot_run
+
+    def draw_and_interrupt(*arguments):
+        interruption.note(signal.SIGTERM)
+        return draw(*arguments)
+
+    monkeypatch.setattr(report_module, "plot_run", draw_and_interrupt)
+    text = TEXT.replace("  bad: {source: failing.fmu}\n", "").replace("offset: 0.01", "offset: 1e6")
+    experiment = prepare_to_run(bay.write(text))
+    outcome = simulate.simulate(experiment.system, experiment.schedule, experiment.grid, compiled=False)
+    with OutputFolder(bay.folder / "out") as folder:
+        report = save_run(experiment, outcome, folder, interruption=interruption)
+
+    assert (outcome.status, report.status) == ("completed", "interrupted")
+    assert json.loads((bay.folder / "out" / "summary.json").read_text())["status"] == "interrupted"

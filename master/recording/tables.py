@@ -9,9 +9,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from master.diagnosis.numerics.arrays import Array
 from master.errors import DataError
+
+Array = NDArray[np.float64]
 
 N_SHOWN = 5  # faults of a kind that are shown
 
@@ -59,6 +61,28 @@ def read_table(path: str | Path, name: str | None = None) -> Table:
 
 
 def _csv(path: Path, _: str | None) -> Table:
+    """Read a file without faults at once; any other cell by cell, to name what is wrong."""
+    return _csv_at_once(path) or _csv_by_cells(path)
+
+
+def _csv_at_once(path: Path) -> Table | None:
+    """Return the table of a file whose cells are all numbers, else None."""
+    import pyarrow as pa
+    from pyarrow import csv as arrow_csv
+
+    try:
+        found = arrow_csv.read_csv(str(path))
+    except (pa.ArrowException, OSError):
+        return None
+    names = [name.strip() for name in found.column_names]
+    are_numbers = all(pa.types.is_integer(c.type) or pa.types.is_floating(c.type) for c in found.columns)
+    if not (are_numbers and len(set(names)) == len(names) and not any(c.null_count for c in found.columns)):
+        return None
+    values = [column.to_numpy().astype(np.float64) for column in found.columns]
+    return Table(path, dict(zip(names, values, strict=True)), first_row=2)
+
+
+def _csv_by_cells(path: Path) -> Table:
     with path.open(newline="", encoding="utf-8-sig") as file:
         rows = list(csv.reader(file))
     if not rows:

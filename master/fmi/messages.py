@@ -1,0 +1,239 @@
+"""
+What FMUs say through their loggers: the messages of the present call, counts of all, and a log file.
+
+The memory that this needs does not grow with the number of messages.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import re
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import IO, Any
+
+from master.process import position
+from master.process.position import Call
+from master.text.printable import printable
+
+from .status import Status, status_name
+
+LEVELS = {"error": Status.DISCARD, "warning": Status.WARNING, "all": Status.OK}
+
+CHANGES_FLOAT_MODE = "changes rounding, traps or flush to zero, which is undone after its call"
+
+_MOST_OF_A_CALL = 5
+_MOST_DIFFERENT = 20  # of an instance; numbers in a text make each message a different one
+_MOST_BYTES = 50_000_000  # of a log file
+_OTHERS = "(other texts)"
+_PYTHON_NOTE = re.compile("py exception")  # PythonFMU's note on an exception that it reports too
+
+TimeOf = Callable[[int], float]
+
+
+@dataclass
+class Said:
+    """Messages of one FMU that are alike: the first one came at time t [s], or before the first step."""
+
+    fmu: str
+    status: str
+    category: str
+    text: str
+    t: float | None
+    count: int = 1
+
+
+@dataclass(frozen=True)
+class _Message:
+    status: int
+    category: str
+    text: str
+
+    def __str__(self) -> str:
+        return f"[{self.category}] {self.text}" if self.category else self.text
+
+
+class _OfCall:
+    """The worst messages of an FMU in one call."""
+
+    def __init__(self, call: Call | None) -> None:
+        self.call = call
+        self._messages: list[_Message] = []
+        self._left_out = 0
+
+    def keep(self, message: _Message) -> None:
+        """Take a message; of too many the last one among the least bad is dropped."""
+        self._messages.append(message)
+        if len(self._messages) > _MOST_OF_A_CALL:
+            least = min(reversed(self._messages), key=lambda m: _severity(m.status))
+            self._messages.reverse()
+            self._messages.remove(least)
+            self._messages.reverse()
+            self._left_out += 1
+
+    def belongs_to(self, call: Call | None) -> bool:
+        """Whether they are of this call, or of the same turn of the FMU in the stepping loop."""
+        if self.call is None or call is None:
+            return self.call is call
+        same_turn = self.call.is_in_loop and call.is_in_loop and self.call.tick == call.tick
+        return same_turn or self.call == call
+
+    def text(self) -> str:
+        """Return the messages, the worst first; those without a fault only where there is no other."""
+        relevant = [m for m in self._messages if m.status != Status.OK] or self._messages
+        relevant = [m for m in relevant if not _PYTHON_NOTE.search(m.text)] or relevant
+        worst_first = sorted(relevant, key=lambda m: -_severity(m.status))
+        more = [f"... and {self._left_out} more"] if self._left_out else []
+        return "; ".join([*map(str, worst_first), *more])
+
+
+class MessageLog:
+    """
+    Messages of all FMUs of a run.
+
+    Args:
+        time_of: Time [s] of a tick.
+        file: Where each message is written.
+        changed: Called with the FMU when a message came that is not like an earlier one.
+    """
+
+    def __init__(
+        self,
+        time_of: TimeOf | None = None,
+        file: LogFile | None = None,
+        changed: Callable[[MessageLog, str], None] | None = None,
+    ) -> None:
+        self._time_of = time_of
+        self._file = file
+        self._changed = changed
+        self._said: dict[tuple[str, int, str, str], Said] = {}
+        self._of_call: dict[str, _OfCall] = {}
+
+    def note(self, fmu: str, status: int, category: str, text: str) -> None:
+        """Take a message."""
+        message = _Message(status, printable(category.strip()), printable(text.strip()))
+        call = position.current().call()
+        told = self._of_call.get(fmu)
+        if told is None or told.call != call:
+            told = self._of_call[fmu] = _OfCall(call)
+        told.keep(message)
+        t = None if call is None or self._time_of is None else self._time_of(call.tick)
+        if self._file is not None:
+            self._file.write(fmu, status, str(message), t)
+        if status != Status.OK:
+            self._count(fmu, message, t)
+
+    def of_call(self, fmu: str) -> str:
+        """Return what an FMU said in the present call (or turn), the worst first; empty if nothing."""
+        told = self._of_call.get(fmu)
+        return told.text() if told is not None and told.belongs_to(position.current().call()) else ""
+
+    def summary(self) -> list[Said]:
+        """Return warnings and errors so far, alike ones counted."""
+        return list(self._said.values())
+
+    def forget(self, fmu: str) -> None:
+        """Drop what an FMU said of an attempt that is made again in another way."""
+        self._of_call.pop(fmu, None)
+        self._said = {key: said for key, said in self._said.items() if key[0] != fmu}
+
+    def _count(self, fmu: str, message: _Message, t: float | None) -> None:
+        key = (fmu, message.status, message.category, message.text)
+        if key not in self._said and sum(1 for k in self._said if k[0] == fmu) >= _MOST_DIFFERENT:
+            key = (fmu, message.status, message.category, _OTHERS)
+        if key in self._said:
+            self._said[key].count += 1
+            return
+        self._said[key] = Said(fmu, status_name(message.status), message.category, key[3], t)
+        if self._changed is not None:
+            self._changed(self, fmu)
+
+
+class LogFile:
+    """A text file of messages from a level on, one a line; the same one again and again is counted."""
+
+    def __init__(self, path: Path, level: str) -> None:
+        self.path = path
+        self._least = LEVELS[level]
+        self._file: IO[str] | None = path.open("w", encoding="utf-8", buffering=1)
+        self._last: tuple[str, int, str] | None = None
+        self._repeats = 0
+        self._n_bytes = 0
+
+    def write(self, fmu: str, status: int, text: str, t: float | None) -> None:
+        """Write a message that came at t [s] if it is of the level."""
+        if self._file is None or _severity(status) < self._least:
+            return
+        if (fmu, status, text) == self._last:
+            self._repeats += 1
+            return
+        self._last = fmu, status, text
+        self._write_repeats()
+        self._line(
+            f"{'before the start' if t is None else f't={t:.9g} s'}  {fmu}  {status_name(status)}  {text}"
+        )
+
+    def close(self) -> None:
+        """End the file; one without messages is removed."""
+        self.end()
+        with contextlib.suppress(OSError):
+            if self.path.stat().st_size == 0:
+                self.path.unlink()
+
+    def end(self) -> None:
+        """Write what is to be written, in a process that shares the file."""
+        self._write_repeats()
+        if self._file is not None:
+            with contextlib.suppress(OSError):
+                self._file.close()
+
+    def _write_repeats(self) -> None:
+        if self._repeats:
+            self._line(f"    ... and {self._repeats} times more")
+            self._repeats = 0
+
+    def _line(self, text: str) -> None:
+        if self._file is None:
+            return
+        self._n_bytes += len(text.encode(errors="replace")) + 1
+        is_full = self._n_bytes > _MOST_BYTES
+        try:
+            self._file.write("... no more is written: the file has 50 MB\n" if is_full else f"{text}\n")
+        except OSError:
+            is_full = True
+        if is_full:
+            with contextlib.suppress(OSError):
+                self._file.close()
+            self._file = None
+
+
+def _severity(status: int) -> int:
+    """Order of statuses; one that FMI does not define counts as fatal."""
+    return status if Status.OK <= status <= Status.FATAL else Status.FATAL + 1
+
+
+def as_dicts(said: list[Said]) -> list[dict[str, Any]]:
+    """Return messages for JSON."""
+    return [asdict(one) for one in said]
+
+
+_current = MessageLog()
+
+
+def current() -> MessageLog:
+    """Return the log of the run in this process."""
+    return _current
+
+
+@contextmanager
+def collecting(log: MessageLog) -> Iterator[MessageLog]:
+    """Collect the messages of FMUs in a log."""
+    global _current
+    before = _current
+    _current = log
+    try:
+        yield log
+    finally:
+        _current = before

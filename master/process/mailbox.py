@@ -1,0 +1,33 @@
+"""Objects handed from one process to another through memory that they share."""
+
+from __future__ import annotations
+
+import pickle
+import struct
+from typing import Any
+
+from .position import shared_memory
+
+_LENGTH = struct.Struct("<Q")
+_MOST_BYTES = 2**28  # of address space
+
+
+class Mailbox:
+    """Holds the last object that was put; half of one, left by a process that ended, is none."""
+
+    def __init__(self) -> None:
+        self._memory = shared_memory(_MOST_BYTES)
+
+    def put(self, thing: Any) -> None:
+        """Put an object that can be pickled."""
+        data = pickle.dumps(thing)
+        first = _LENGTH.size
+        self._memory[:first] = _LENGTH.pack(0)
+        self._memory[first : first + len(data)] = data
+        self._memory[:first] = _LENGTH.pack(len(data))
+
+    def get(self) -> Any:
+        """Return the object, None if there is none."""
+        first = _LENGTH.size
+        [length] = _LENGTH.unpack(self._memory[:first])
+        return pickle.loads(self._memory[first : first + length]) if length else None

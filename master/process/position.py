@@ -1,0 +1,129 @@
+"""
+Where a run is: which FMU, which of its functions, which tick.
+
+A run writes it down before each call, so that a message can be assigned to its call, and so that another
+process that shares the memory can say what went wrong where the process ended within an FMU.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import mmap
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any, NamedTuple
+
+TICK, SLAVE, PHASE, STAGE, WRITTEN, CONSUMED, STOP, FINISHED, FLOAT_MODE, FLOAT_TICK = range(10)
+_N_CELLS = 16
+_TEXT = 8 * _N_CELLS
+_TEXT_BYTES = 512
+N_BYTES = _TEXT + 2 * _TEXT_BYTES
+
+LOADING, STEPPING, ENDING = range(3)  # stages of a run
+OUTSIDE, SETTING, MAKING_A_STEP, GETTING = range(4)  # phases of an FMU's turn in the stepping loop
+
+_FUNCTIONS = {
+    2: {SETTING: "fmi2SetXXX", MAKING_A_STEP: "fmi2DoStep", GETTING: "fmi2GetXXX"},
+    3: {SETTING: "fmi3SetXXX", MAKING_A_STEP: "fmi3DoStep", GETTING: "fmi3GetXXX"},
+}
+
+
+class Interrupted(Exception):  # noqa: N818 - it is no error: a run that was asked to end
+    """A run that is asked to end before it steps."""
+
+
+class Call(NamedTuple):
+    """A call of an FMU: instance, function, the tick in which it is made, whether by the stepping loop."""
+
+    instance: str
+    function: str
+    tick: int
+    is_in_loop: bool = False
+
+
+class Position:
+    """
+    Present call of a run, in memory that may be shared.
+
+    `cells` are numbers that compiled code writes too, at the indices named above; FLOAT_MODE is 1 + the
+    number of a slave that changed the floating-point mode, FLOAT_TICK the tick in which it did.
+    """
+
+    def __init__(self, memory: Any | None = None) -> None:
+        self._memory = bytearray(N_BYTES) if memory is None else memory
+        self.cells = memoryview(self._memory)[:_TEXT].cast("d")
+        self.slaves: list[tuple[str, int]] = []
+
+    def begin(self) -> None:
+        """Note that a run begins."""
+        self.leave()
+        self.cells[PHASE] = OUTSIDE
+        self.cells[TICK] = 0.0
+        self.cells[STAGE] = LOADING
+
+    def enter(self, instance: str, function: str) -> None:
+        """Note a call that is made outside the stepping loop."""
+        self._write(0, instance)
+        self._write(1, function)
+
+    def leave(self) -> None:
+        """Note that no such call is going on."""
+        self._write(1, "")
+
+    def call(self) -> Call | None:
+        """Return the present call; within the stepping loop `slaves` (name, FMI version) says whose it is."""
+        tick = int(self.cells[TICK])
+        function = self._read(1)
+        if function:
+            return Call(self._read(0), function, tick)
+        phase = int(self.cells[PHASE])
+        if phase == OUTSIDE or not self.slaves:
+            return None
+        instance, version = self.slaves[int(self.cells[SLAVE])]
+        return Call(instance, _FUNCTIONS[version][phase], tick, is_in_loop=True)
+
+    def address(self) -> int:
+        """Address of the cells."""
+        return ctypes.addressof(ctypes.c_char.from_buffer(self._memory))
+
+    def check_stop(self) -> None:
+        """Raise Interrupted if the run is asked to end before it steps; the stepping loop looks itself."""
+        if self.cells[STOP] and self.cells[STAGE] == LOADING:
+            raise Interrupted
+
+    def _write(self, place: int, text: str) -> None:
+        data = text.encode("utf-8", errors="replace")[: _TEXT_BYTES - 1]
+        first = _TEXT + place * _TEXT_BYTES
+        self._memory[first : first + len(data) + 1] = data + b"\0"
+
+    def _read(self, place: int) -> str:
+        first = _TEXT + place * _TEXT_BYTES
+        data = bytes(self._memory[first : first + _TEXT_BYTES])
+        return data.partition(b"\0")[0].decode("utf-8", errors="replace")
+
+
+def shared_memory(n_bytes: int) -> mmap.mmap:
+    """Return memory that stays shared with a process forked later; pages are allocated when written."""
+    no_reserve = getattr(mmap, "MAP_NORESERVE", 0x4000)  # named since Python 3.13
+    flags = mmap.MAP_SHARED | mmap.MAP_ANONYMOUS | no_reserve
+    return mmap.mmap(-1, n_bytes, flags=flags)
+
+
+_current = Position()
+
+
+def current() -> Position:
+    """Return the position of the run in this process."""
+    return _current
+
+
+@contextmanager
+def using(position: Position) -> Iterator[Position]:
+    """Let this process write its position there."""
+    global _current
+    before = _current
+    _current = position
+    try:
+        yield position
+    finally:
+        _current = before

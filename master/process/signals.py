@@ -1,0 +1,104 @@
+"""SIGINT (Ctrl-C), SIGTERM and SIGHUP: at once where nothing is to be saved, noted where something is."""
+
+from __future__ import annotations
+
+import signal
+import sys
+import threading
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from types import FrameType
+
+from . import position
+
+SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
+
+_SAME_SECONDS = 0.3  # a terminal and a parent process may both send what the user meant once
+
+
+def exit_status(number: int) -> int:
+    """Return the exit status of a command that a signal ended."""
+    return 128 + number
+
+
+def end_at_once() -> None:
+    """Let each of the signals end this process through its clean-up, with status 128 + its number."""
+    for number in SIGNALS:
+        signal.signal(number, _leave)
+
+
+def _leave(number: int, _: FrameType | None) -> None:
+    _unheeded.append(number)
+    sys.exit(exit_status(number))
+
+
+_unheeded: list[int] = []
+"""Signals whose exit some library caught while it was imported; see `noted`."""
+
+
+class Interruption:
+    """Signals noted so far: the first one, and whether the user insists."""
+
+    def __init__(self) -> None:
+        self.number: int | None = None
+        self.since = 0.0
+        self.insists = False
+
+    def __bool__(self) -> bool:
+        return self.number is not None
+
+    def note(self, number: int, _: FrameType | None = None) -> None:
+        """Take a signal; one that follows at once is the same one."""
+        now = time.monotonic()
+        position.current().cells[position.STOP] = 1.0
+        if self.number is None:
+            self.number = number
+            self.since = now
+        elif now - self.since > _SAME_SECONDS:
+            self.insists = True
+
+    def waited(self) -> float:
+        """Return the time since the first signal [s], 0 without one."""
+        return 0.0 if self.number is None else time.monotonic() - self.since
+
+
+_active: list[Interruption] = []
+
+
+@contextmanager
+def noted(numbers: Sequence[int] = SIGNALS) -> Iterator[Interruption]:
+    """
+    Note signals instead of acting on them, and ask the run in this process to stop.
+
+    Within another block of this kind that block goes on noting; outside the main thread nothing is changed.
+    """
+    if _active:
+        yield _active[-1]
+        return
+    interruption = Interruption()
+    if threading.current_thread() is not threading.main_thread():
+        yield interruption
+        return
+    before = {number: signal.signal(number, interruption.note) for number in numbers}
+    _active.append(interruption)
+    for number in _unheeded:
+        interruption.note(number)
+    try:
+        yield interruption
+    finally:
+        _active.pop()
+        position.current().cells[position.STOP] = 0.0
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def forget() -> None:
+    """In a forked process: what the parent notes is the parent's matter."""
+    _active.clear()
+    for number in SIGNALS:
+        signal.signal(number, _pass)
+
+
+def _pass(number: int, _: FrameType | None) -> None:
+    """Let the parent process decide."""

@@ -1,0 +1,83 @@
+"""A file that one process holds; the system lets go of it when the process ends, however it ends."""
+
+from __future__ import annotations
+
+import errno
+import os
+from pathlib import Path
+from typing import Any
+
+try:
+    import fcntl
+
+    def _take(descriptor: int) -> None:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+
+except ImportError:  # Windows
+    import msvcrt
+
+    _windows: Any = msvcrt
+
+    def _take(descriptor: int) -> None:
+        _windows.locking(descriptor, _windows.LK_NBLCK, 1)
+
+
+class Held(Exception):  # noqa: N818 - says who holds the file
+    """Another process holds the file; `pid` says which, as far as it wrote that."""
+
+    def __init__(self, pid: str) -> None:
+        self.pid = pid
+        super().__init__(pid)
+
+
+class FileLock:
+    """
+    Hold a file, which has `n_bytes` and begins with the process's number in a line.
+
+    A file that a process left when it was killed is held by nobody and is taken.
+
+    Raises:
+        Held: If another process has it.
+        OSError: If it cannot be written.
+    """
+
+    def __init__(self, path: Path, n_bytes: int) -> None:
+        self._path = path
+        self._descriptor = -1
+        while self._descriptor < 0:
+            self._descriptor = _held(path)
+        try:
+            os.ftruncate(self._descriptor, 0)
+            text = f"{os.getpid()}\n".encode().ljust(n_bytes)
+            written = os.write(self._descriptor, text)
+            if written < n_bytes:
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        except OSError:
+            self.release()
+            raise
+
+    def empty(self) -> None:
+        """Give back the bytes; the file stays held."""
+        os.ftruncate(self._descriptor, 0)
+
+    def release(self) -> None:
+        """Let go, and remove the file."""
+        self._path.unlink(missing_ok=True)
+        os.close(self._descriptor)
+
+
+def _held(path: Path) -> int:
+    """Open and take the file; -1 if its holder removed it meanwhile."""
+    descriptor = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
+    try:
+        _take(descriptor)
+        if os.path.samestat(os.fstat(descriptor), os.stat(path)):
+            return descriptor
+    except FileNotFoundError:
+        pass
+    except OSError:
+        pid = os.read(descriptor, 20).split(b"\n")[0].decode(errors="replace").strip()
+        os.close(descriptor)
+        raise Held(pid or "unknown") from None
+    os.close(descriptor)
+    return -1
