@@ -109,7 +109,7 @@ def test_faults_in_json_are_one_object(dockloop, command):
     result = dockloop(command, TEXT.replace("name:", "nam:"), "--json")
     answer = json.loads(result.stdout)
 
-    assert (result.exit_code, answer["status"], len(answer["problems"])) == (2, "failed", 1)
+    assert (result.exit_code, answer["status"], len(answer["problems"])) == (2, "failed", 2)
 
 
 def test_initial_values_that_do_not_settle_have_status_3(dockloop):
