@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
-from multiprocessing import get_context
 from pathlib import Path
 
 from fmu_sources.composed.composition import AND, SEPARATOR
@@ -20,6 +18,7 @@ from master.diagnosis.case.cut import CutSystem, Part
 from master.diagnosis.numerics.least_squares import Parameter
 from master.errors import ConfigError
 from master.fmi.description import read_description
+from master.process.workers import workers
 from master.text.signal_name import SignalName
 
 from .replayer import Link, Player
@@ -98,8 +97,10 @@ class Pool:
         stale = sorted(n for n in names if not build.target(n).is_current())
         if not stale:
             return
-        with ProcessPoolExecutor(min(len(stale), os.cpu_count() or 1), get_context("fork")) as pool:
-            for name, fault in zip(stale, pool.map(_build, stale), strict=True):
+        with workers(min(len(stale), os.cpu_count() or 1), "fork") as pool:
+            building = [pool.submit(_build, name) for name in stale]
+            for name, built in zip(stale, building, strict=True):
+                fault = built.result()
                 if fault:
                     raise ConfigError([f"{name}.fmu: {fault}; {ADVICE}"])
                 progress(name)
