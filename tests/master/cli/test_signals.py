@@ -3,12 +3,15 @@
 import json
 import os
 import random
+import resource
+import shutil
 import signal
 import subprocess
 import sys
 import time
 from pathlib import Path
 
+import numpy as np
 import pytest
 from pyarrow import parquet
 
@@ -48,6 +51,7 @@ class Command:
                 stdout=options.pop("stdout", subprocess.DEVNULL),
                 stderr=errors,
                 start_new_session=True,
+                preexec_fn=options.pop("preexec_fn", None),
             )
 
     def wait_for_handlers(self):
@@ -149,4 +153,64 @@ def test_ctrl_c_ends_every_command_with_130_and_leaves_nothing(arguments, tmp_pa
     said = command.errors.read_text()
     assert "Traceback" not in said, said
     assert status == 130
+    assert list(command.temporary.iterdir()) == []
+
+
+def started_writing(out, command):
+    """Wait until a run has written a part of its rows."""
+    while command.process.poll() is None and not list(out.glob("result.part-*.parquet")):
+        time.sleep(0.02)
+
+
+LONG = ["run", EXPERIMENT, "--stop-time", "10000", "--output"]
+
+
+def test_after_a_kill_of_all_processes_rows_are_readable_and_the_folder_is_free(tmp_path):
+    out = tmp_path / "out"
+    command = Command(tmp_path, [*LONG, out])
+    started_writing(out, command)
+    assert command.end(signal.SIGKILL) == -signal.SIGKILL
+
+    parts = sorted(out.glob("result.part-*.parquet"))
+    time_ = np.concatenate([parquet.read_table(part)["time"].to_numpy() for part in parts])
+    assert np.array_equal(time_, np.arange(len(time_)) * 0.001)
+    assert len(time_) > 1
+    again = tmp_path / "again"
+    again.mkdir()
+    short = ["run", EXPERIMENT, "--stop-time", "0.1", "--output", out]
+    assert Command(again, short).process.wait() == 0
+    assert not list(out.glob(".*"))
+    assert not list(out.glob("result.part-*"))
+
+
+def limited(n_bytes):
+    """Let a process write files of so many bytes at most."""
+    return lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (n_bytes, n_bytes))
+
+
+DISKS = [
+    ("in memory", ["--stop-time", "20"], {"limit": limited(400_000)}),
+    ("streamed", ["--stop-time", "110"], {"limit": limited(2_000_000)}),
+    ("removed", ["--stop-time", "10000"], {"deed": shutil.rmtree}),
+]
+
+
+@pytest.mark.parametrize(("options", "how"), [d[1:] for d in DISKS], ids=[d[0] for d in DISKS])
+def test_what_a_disk_does_not_take_is_said_with_status_3(options, how, tmp_path):
+    out = tmp_path / "out"
+    arguments = ["run", EXPERIMENT, *options, "--output", out]
+    command = Command(tmp_path, arguments, preexec_fn=how.get("limit"))
+    if "deed" in how:
+        started_writing(out, command)
+        how["deed"](out)
+    assert command.process.wait(timeout=120.0) == 3
+
+    said = command.errors.read_text()
+    assert "Traceback" not in said, said
+    assert "results cannot be written whole" in said
+    report = json.loads((out / "summary.json").read_text())
+    rows = read_csv(out / "result.csv")
+    assert report["status"] == "failed"
+    assert 1 < len(rows.time) <= report["steps"] + 1
+    assert np.array_equal(rows.time, np.arange(len(rows.time)) * 0.001)
     assert list(command.temporary.iterdir()) == []
