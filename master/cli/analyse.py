@@ -30,6 +30,7 @@ from .common import (
     VARIANT,
     answers_errors,
     print_json,
+    say,
     show_building,
 )
 
@@ -88,7 +89,7 @@ def analyse(
     if as_json:
         print_json(answer)
         return
-    click.echo("\n".join([title, *text]))
+    say("\n".join([title, *text]))
 
 
 def _sweep(linearisation: Linearisation, sweeps: tuple[str, ...]) -> StabilityMap:

@@ -10,7 +10,7 @@ from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
 from master.errors import ConfigError
 
-from .common import JSON, STDERR, answers_errors, print_json
+from .common import JSON, STDERR, answers_errors, print_json, say
 
 
 @click.command()
@@ -37,7 +37,7 @@ def diagnose(case: Path, output: Path | None, as_json: bool) -> None:
         print_json(report)
         return
     for line in _lines(report, folder):
-        click.echo(line)
+        say(line)
 
 
 def _lines(report: dict[str, Any], folder: Path) -> list[str]:
