@@ -244,14 +244,19 @@ def _is_known(signal: str, descriptions: Descriptions) -> bool:
 def _without(
     order: Sequence[str | list[str] | Method], unread: Sequence[str]
 ) -> list[str | list[str] | Method]:
-    """Leave the FMUs that could not be read out of an order."""
+    """Leave the FMUs that could not be read out of an order, and entries of which nothing is left."""
     kept: list[str | list[str] | Method] = []
     for entry in order:
         if isinstance(entry, str):
             kept += [] if entry in unread else [entry]
-        elif isinstance(entry, list):
-            kept.append([name for name in entry if name not in unread])
+            continue
+        members = [
+            name for name in (entry if isinstance(entry, list) else entry.members) if name not in unread
+        ]
+        if not members:
+            continue
+        if isinstance(entry, list):
+            kept.append(members)
         else:
-            members = tuple(name for name in entry.members if name not in unread)
-            kept.append(entry.model_copy(update={"members": members}))
+            kept.append(entry.model_copy(update={"members": tuple(members)}))
     return kept
