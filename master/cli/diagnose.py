@@ -9,6 +9,7 @@ import click
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
 from master.errors import ConfigError
+from master.text.printable import printable
 
 from .common import JSON, STDERR, answers_errors, print_json, say
 
@@ -27,10 +28,10 @@ def diagnose(case: Path, output: Path | None, as_json: bool) -> None:
     folder = output or Path("results") / "diagnosis" / case.stem
     columns = (SpinnerColumn(), TextColumn("{task.description}", markup=False), TimeElapsedColumn())
     with Progress(*columns, console=STDERR, transient=True) as bar:
-        task = bar.add_task(case.stem)
+        task = bar.add_task(printable(case.stem))
 
         def show(text: str) -> None:
-            bar.update(task, description=text)
+            bar.update(task, description=printable(text))
 
         report = answer(case, folder, show)
     if as_json:
