@@ -23,13 +23,13 @@ from .common import (
     FLAVOUR,
     JSON,
     SET,
-    STDERR,
     STEP_SIZE,
     VARIANT,
     answers_errors,
     print_json,
     show_building,
 )
+from .console import STDERR
 
 
 @click.command()

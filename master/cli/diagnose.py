@@ -10,7 +10,8 @@ from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
 from master.errors import ConfigError
 
-from .common import JSON, STDERR, answers_errors, print_json
+from .common import JSON, answers_errors, print_json
+from .console import STDERR
 
 
 @click.command()

@@ -13,6 +13,7 @@ from master.errors import ConfigError
 from master.fmi.description import Kind, Variable
 from master.fmi.slave import Slave
 from master.process import position
+from master.stepping.machine.channel import Channel
 from master.stepping.machine.program import (
     BLOCK_WIDTH,
     CONVERSION_WIDTH,
@@ -24,7 +25,6 @@ from master.stepping.machine.program import (
     RESIDUAL_WIDTH,
     SLAVE_WIDTH,
     BlockRow,
-    Channel,
     Memory,
     Operation,
     Program,

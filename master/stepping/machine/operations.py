@@ -14,7 +14,8 @@ from master.fmi.native.cells import load, store
 from master.fmi.native.jit import inlined, inner
 from master.fmi.value_types import FLOAT64, UINT8
 
-from .program import DELAY, DRAWN, DROP, FALLBACK, FREEZE, HELD, JITTER, MODE, MORE, OFFSET, RANDOM, Memory
+from .channel import DELAY, DRAWN, DROP, FALLBACK, FREEZE, HELD, JITTER, MODE, MORE, OFFSET, RANDOM
+from .program import Memory
 
 Floats = NDArray[np.float64]
 
