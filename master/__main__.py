@@ -1,5 +1,7 @@
 """The command `dockloop`, also `python -m master`."""
 
+import os
+
 from .process import signals
 
 __all__ = ["main"]
@@ -12,6 +14,8 @@ def main() -> None:
         from .process import temporary
 
         temporary.make()
+        # pydantic would search all installed packages for plug-ins, which takes longer than to check a system
+        os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
         from .cli import main as command
 
         command()

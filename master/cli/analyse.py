@@ -25,7 +25,6 @@ from .common import (
     FLAVOUR,
     JSON,
     SET,
-    STDERR,
     STEP_SIZE,
     VARIANT,
     answers_errors,
@@ -33,6 +32,7 @@ from .common import (
     say,
     show_building,
 )
+from .console import STDERR
 
 
 @click.command()

@@ -15,7 +15,8 @@ from fmu_sources.export.manifest import Entry
 from fmu_sources.export.native import NativeBuildError
 from master.errors import ConfigError, expected
 
-from .common import FLAVOUR, STDERR, answers_errors, say
+from .common import FLAVOUR, answers_errors, say
+from .console import STDERR
 
 
 @click.command()

@@ -11,7 +11,8 @@ from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from master.errors import ConfigError
 from master.text.printable import printable
 
-from .common import JSON, STDERR, answers_errors, print_json, say
+from .common import JSON, answers_errors, print_json, say
+from .console import STDERR
 
 
 @click.command()

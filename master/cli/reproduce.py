@@ -14,7 +14,8 @@ from master.reproduce.claims.claim import CONDITION, FAILS, HOLDS
 from master.reproduce.reproduction import Reproduction
 from master.reproduce.reproduction import reproduce as reproduce_paper
 
-from .common import JSON, STDERR, answers_errors, print_json, say, show_building
+from .common import JSON, answers_errors, print_json, say, show_building
+from .console import STDERR
 
 _STYLES = {HOLDS: "green", CONDITION: "yellow", FAILS: "red"}
 
