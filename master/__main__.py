@@ -8,9 +8,9 @@ __all__ = ["main"]
 def main() -> None:
     """Run the command; a signal ends it at any moment with the status that signals have."""
     signals.end_at_once()
-    try:
-        from .process import temporary
+    from .process import temporary
 
+    try:
         temporary.make()
         from .cli import main as command
 

@@ -60,6 +60,12 @@ def held() -> Iterator[None]:
 
 
 def _leave(number: int, _: FrameType | None) -> None:
+    """Exit; a signal that follows at once is the same one, and does not disturb the clean-up of the first."""
+    global _left
+    now = time.monotonic()
+    if _unheeded and now - _left < _SAME_SECONDS:
+        return
+    _left = now
     _unheeded.append(number)
     sys.unraisablehook = _quiet
     sys.exit(exit_status(_unheeded[0]))
@@ -71,6 +77,7 @@ def _quiet(fault: sys.UnraisableHookArgs) -> None:
         sys.__unraisablehook__(fault)
 
 
+_left = 0.0
 _unheeded: list[int] = []
 """Signals whose exit some library may have caught; see `noted` and `exit_if_unheeded`."""
 
