@@ -138,6 +138,12 @@ def noted(numbers: Sequence[int] = SIGNALS) -> Iterator[Interruption]:
             signal.signal(number, handler)
 
 
+def hand_on(interruption: Interruption) -> None:
+    """Let a signal that a run noted end the command, where that works with runs and saves none."""
+    if interruption.number is not None and signal.getsignal(interruption.number) is _leave:
+        _leave(interruption.number, None)
+
+
 def forget() -> None:
     """In a forked process: what the parent notes is the parent's matter."""
     _active.clear()
