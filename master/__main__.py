@@ -10,9 +10,9 @@ __all__ = ["main"]
 def main() -> None:
     """Run the command; a signal ends it at any moment with the status that signals have."""
     signals.end_at_once()
-    try:
-        from .process import temporary
+    from .process import temporary
 
+    try:
         temporary.make()
         # pydantic would search all installed packages for plug-ins, which takes longer than to check a system
         os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")

@@ -60,6 +60,12 @@ def held() -> Iterator[None]:
 
 
 def _leave(number: int, _: FrameType | None) -> None:
+    """Exit; a signal that follows at once is the same one, and does not disturb the clean-up of the first."""
+    global _left
+    now = time.monotonic()
+    if _unheeded and now - _left < _SAME_SECONDS:
+        return
+    _left = now
     _unheeded.append(number)
     sys.unraisablehook = _quiet
     sys.exit(exit_status(_unheeded[0]))
@@ -71,6 +77,7 @@ def _quiet(fault: sys.UnraisableHookArgs) -> None:
         sys.__unraisablehook__(fault)
 
 
+_left = 0.0
 _unheeded: list[int] = []
 """Signals whose exit some library may have caught; see `noted` and `exit_if_unheeded`."""
 
@@ -129,6 +136,12 @@ def noted(numbers: Sequence[int] = SIGNALS) -> Iterator[Interruption]:
         position.current().cells[position.STOP] = 0.0
         for number, handler in before.items():
             signal.signal(number, handler)
+
+
+def hand_on(interruption: Interruption) -> None:
+    """Let a signal that a run noted end the command, where that works with runs and saves none."""
+    if interruption.number is not None and signal.getsignal(interruption.number) is _leave:
+        _leave(interruption.number, None)
 
 
 def forget() -> None:

@@ -76,9 +76,16 @@ class RunLoop:
         self._execute(execute, 0)
         self.position.cells[position.STAGE] = position.STEPPING
         self.seconds = 0.0
+        with signals.noted([signal.SIGINT]) as interruption:
+            outcome = self._step(execute, progress)
+        signals.hand_on(interruption)
+        return outcome
+
+    def _step(self, execute: Execute, progress: ProgressCallback) -> Outcome:
+        """Execute the ticks, in chunks."""
         pacer, chunk = self.options.pacer, _FIRST_CHUNK
         self.player.look(self.monitor.triggers, 0)
-        with signals.noted([signal.SIGINT]), nullcontext() if pacer is None else pacer.pacing():
+        with nullcontext() if pacer is None else pacer.pacing():
             while self.done < self.grid.n_ticks:
                 if self.position.cells[position.STOP]:
                     return self._outcome(INTERRUPTED)

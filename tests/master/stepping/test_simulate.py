@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from master.errors import FmuError
+from master.process import signals
 from master.stepping.simulate import simulate
 from master.system.grid import Grid
 from tests.stubs import (
@@ -165,6 +166,19 @@ def test_ctrl_c_ends_the_run_between_two_chunks_and_keeps_the_rows():
     assert outcome.status == "interrupted"
     assert 11 <= outcome.steps < 100_000
     assert outcome.result["a.t"].tolist() == list(range(outcome.steps + 1))
+
+
+def test_ctrl_c_ends_a_command_that_works_with_runs_and_gives_it_no_short_one(monkeypatch):
+    monkeypatch.setattr(signals, "_unheeded", [])
+    before = {number: signal.getsignal(number) for number in signals.SIGNALS}
+    made = bench({"a": calling(lambda t: t == 10.0 and signal.raise_signal(signal.SIGINT))})
+    try:
+        signals.end_at_once()
+        with pytest.raises(SystemExit, match="130"):
+            made.run(100_000)
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 def test_ctrl_c_means_afterwards_what_it_meant_before():
