@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import csv
 import math
+import os
+import zipfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -13,9 +15,14 @@ from numpy.typing import NDArray
 
 from master.errors import DataError
 
+from .mat_reader import read_mat
+
 Array = NDArray[np.float64]
 
 N_SHOWN = 5  # faults of a kind that are shown
+_LONGEST_REASON = 200
+_EMPTY = {EOFError: "it ends too early", MemoryError: "it asks for more memory than there is"}
+_NUMBERS = "fiub"  # kinds of NumPy's types
 
 
 class Table:
@@ -50,14 +57,17 @@ def read_table(path: str | Path, name: str | None = None) -> Table:
     reader = _READERS.get(path.suffix.lower())
     if reader is None:
         raise DataError(f"{path}: kind of file, got {path.suffix!r}, expected one of {[*_READERS]}")
-    if not path.is_file():
+    if not os.path.isfile(path):  # unlike Path.is_file, False for a name that no file may have
         raise DataError(f"{path}: no such file")
     if name is not None and path.suffix.lower() not in (".npz", ".mat"):
         raise DataError(f"{path}: array, got {name!r}, expected none: only NPZ and MAT have arrays")
     try:
         return reader(path, name)
-    except (OSError, ValueError, KeyError, NotImplementedError) as error:
-        raise DataError(f"{path}: cannot be read as a table: {error}") from error
+    except Exception as error:  # the libraries raise anything at a damaged file
+        reason = " ".join(str(error).split()) or _EMPTY.get(type(error), type(error).__name__)
+        if len(reason) > _LONGEST_REASON:
+            reason = reason[:_LONGEST_REASON] + "..."
+        raise DataError(f"{path}: cannot be read as a table: {reason}") from error
 
 
 def _csv(path: Path, _: str | None) -> Table:
@@ -104,7 +114,7 @@ def _csv_by_cells(path: Path) -> Table:
             faults.setdefault("", []).append(text)
         for j, cell in enumerate(row[: len(header)]):
             try:
-                values[i, j] = float(cell)
+                values[i, j] = _number(cell)
             except ValueError:
                 text = f"{path}: row {i + 2}, column {header[j]!r}: got {cell!r}, expected a number"
                 faults.setdefault(header[j], []).append(text)
@@ -113,21 +123,24 @@ def _csv_by_cells(path: Path) -> Table:
     return table
 
 
+def _number(cell: str) -> float:
+    """Return the number of a cell; Python's own notations (`1_000`, digits of other scripts) are none."""
+    if "_" in cell or not cell.isascii():
+        raise ValueError("not a number")
+    return float(cell)
+
+
 def _npz(path: Path, name: str | None) -> Table:
-    with np.load(path, allow_pickle=False) as file:
-        return _arrays(path, {key: file[key] for key in file.files}, name)
+    with zipfile.ZipFile(path) as archive:  # the whole of it: NumPy checks no more of an array than it reads
+        damaged = archive.testzip()
+    if damaged is not None:
+        raise ValueError(f"{damaged} is damaged")
+    with np.load(path, allow_pickle=False) as found:
+        return _arrays(path, {key: found[key] for key in found.files}, name)
 
 
 def _mat(path: Path, name: str | None) -> Table:
-    from scipy.io import loadmat
-    from scipy.io.matlab import MatReadError
-
-    try:
-        contents = loadmat(path)
-    except MatReadError as error:
-        raise ValueError(str(error)) from None
-    arrays = {key: np.asarray(value) for key, value in contents.items() if not key.startswith("__")}
-    return _arrays(path, arrays, name)
+    return _arrays(path, read_mat(path), name)
 
 
 def _parquet(path: Path, _: str | None) -> Table:
@@ -144,9 +157,17 @@ def _arrays(path: Path, arrays: Mapping[str, Any], name: str | None) -> Table:
         if not columns:
             raise ValueError(f"no columns, expected the name of an array, one of {[*arrays]}")
         return _by_columns(path, columns)
+<<<<<<< HEAD
     if name not in arrays:
         raise ValueError(f"no array of this name, got {name!r}, expected one of {[*arrays]}")
     values = np.asarray(arrays[name], dtype=float)
+=======
+    if name not in found:
+        raise ValueError(f"no array of this name, got {name!r}, expected one of {[*found]}")
+    if np.asarray(found[name]).dtype.kind not in _NUMBERS:
+        raise ValueError(f"array {name!r}: got values of type {found[name].dtype}, expected numbers")
+    values = np.asarray(found[name], dtype=float)
+>>>>>>> break
     if values.ndim != 2:
         raise ValueError(f"array {name!r}: got {values.ndim} dimensions, expected 2")
     names = [str(i) for i in range(values.shape[1])]
@@ -160,7 +181,7 @@ def _arrays(path: Path, arrays: Mapping[str, Any], name: str | None) -> Table:
 def _by_columns(path: Path, columns: Mapping[str, Any]) -> Table:
     """Take columns of numbers; others are a fault of their own, for who asks for them."""
     kinds = {key: np.asarray(v).dtype for key, v in columns.items()}
-    strange = {key: kind for key, kind in kinds.items() if kind.kind not in "fiub"}
+    strange = {key: kind for key, kind in kinds.items() if kind.kind not in _NUMBERS}
     numbers = {key: np.full(len(v), math.nan) if key in strange else v for key, v in columns.items()}
     table = Table(path, {key: np.asarray(v, dtype=float) for key, v in numbers.items()})
     table.faults = {
