@@ -4,6 +4,6 @@ from master.fmi import platforms
 
 
 def test_the_names_of_this_platform_are_those_of_fmpy():
-    assert platforms.FMI2_FOLDER == fmpy.platform
-    assert platforms.FMI3_FOLDER == fmpy.platform_tuple
-    assert platforms.LIBRARY_SUFFIX == fmpy.sharedLibraryExtension
+    assert fmpy.platform == platforms.FMI2_FOLDER
+    assert fmpy.platform_tuple == platforms.FMI3_FOLDER
+    assert fmpy.sharedLibraryExtension == platforms.LIBRARY_SUFFIX
