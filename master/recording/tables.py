@@ -157,17 +157,11 @@ def _arrays(path: Path, arrays: Mapping[str, Any], name: str | None) -> Table:
         if not columns:
             raise ValueError(f"no columns, expected the name of an array, one of {[*arrays]}")
         return _by_columns(path, columns)
-<<<<<<< HEAD
     if name not in arrays:
         raise ValueError(f"no array of this name, got {name!r}, expected one of {[*arrays]}")
+    if np.asarray(arrays[name]).dtype.kind not in _NUMBERS:
+        raise ValueError(f"array {name!r}: got values of type {arrays[name].dtype}, expected numbers")
     values = np.asarray(arrays[name], dtype=float)
-=======
-    if name not in found:
-        raise ValueError(f"no array of this name, got {name!r}, expected one of {[*found]}")
-    if np.asarray(found[name]).dtype.kind not in _NUMBERS:
-        raise ValueError(f"array {name!r}: got values of type {found[name].dtype}, expected numbers")
-    values = np.asarray(found[name], dtype=float)
->>>>>>> break
     if values.ndim != 2:
         raise ValueError(f"array {name!r}: got {values.ndim} dimensions, expected 2")
     names = [str(i) for i in range(values.shape[1])]
