@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import ctypes
 import mmap
+import weakref
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any, NamedTuple
@@ -102,11 +103,28 @@ class Position:
         return data.partition(b"\0")[0].decode("utf-8", errors="replace")
 
 
+_shared: list[weakref.ref[mmap.mmap]] = []
+
+
 def shared_memory(n_bytes: int) -> mmap.mmap:
     """Return memory that stays shared with a process forked later; pages are allocated when written."""
     no_reserve = getattr(mmap, "MAP_NORESERVE", 0x4000)  # named since Python 3.13
     flags = mmap.MAP_SHARED | mmap.MAP_ANONYMOUS | no_reserve
-    return mmap.mmap(-1, n_bytes, flags=flags)
+    memory = mmap.mmap(-1, n_bytes, flags=flags)
+    _shared.append(weakref.ref(memory))
+    return memory
+
+
+def share_no_further() -> None:
+    """
+    Keep all shared memory from processes that are forked from now on.
+
+    A copy of this process that an FMU makes and that comes back from the call ends at its next access,
+    instead of stepping and writing rows beside this one.
+    """
+    for memory in (reference() for reference in _shared):
+        if memory is not None:
+            memory.madvise(mmap.MADV_DONTFORK)
 
 
 _current = Position()

@@ -242,6 +242,7 @@ class _Run:
     def _step(self, parent: int) -> None:
         """In the forked process: step, and hand the outcome over."""
         _die_with(parent)
+        position.share_no_further()
         signals.forget()
         unpacked.place_in(self.folder)
         with standard_output_as_error(), position.using(self.position):

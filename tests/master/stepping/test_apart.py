@@ -4,6 +4,7 @@ import ctypes
 import json
 import os
 import signal
+import subprocess
 import sys
 
 import numpy as np
@@ -83,6 +84,8 @@ CHANGES = [
     lambda: os.umask(0o777),
     lambda: signal.signal(signal.SIGINT, signal.SIG_IGN),
     lambda: (os.close(1), os.close(2)),
+    lambda: ctypes.CDLL(None).fork(),
+    lambda: subprocess.run(["true"], check=True),
 ]
 
 
