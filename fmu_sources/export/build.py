@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-from ..composed.stamp_cache import StampCache
+from .stamp_cache import StampCache
 from .manifest import read_manifest
 from .whole_file import write_whole
 

@@ -51,6 +51,7 @@ _NOT_NATIVE = {
     "build.py",
     "release.py",
     "manifest.py",
+    "stamp_cache.py",
     "whole_file.py",
 }
 

@@ -7,7 +7,7 @@ heap shows that is chance, so the test asks for what prevents it: the release wh
 
 import pytest
 
-from master.fmi.description import read_description
+from master.fmi.description_reader import read_description
 from master.stepping.simulate import load
 
 from .build import FOLDERS, HERE, compile_c, describe_2, describe_3, write_fmu

@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterator
 from contextlib import suppress
 from pathlib import Path
 
-from ..export.whole_file import write_whole
+from .whole_file import write_whole
 
 _SOURCES = Path(__file__).parents[1]
 _FILE = _SOURCES.parent / "fmus" / "local" / "STAMPS.json"
