@@ -26,4 +26,5 @@ def data() -> Path:
         if os.environ.get("DOCKLOOP_REQUIRE_DATA") or os.environ.get("CI"):
             pytest.fail(message)
         pytest.skip(message)
+    os.environ["DOCKLOOP_DATA"] = str(folder)  # the cases of `configs/measured` name it
     return folder

@@ -46,6 +46,8 @@ def imported(path: Path) -> set[str]:
                 found.add(".".join(parts[:2]) if parts[0] == "master" else parts[0])
             else:
                 found |= {inside.partition(".")[0]} if inside else {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):  # further up, by the package there
+            found.add(str(node.module).partition(".")[0])
     return found
 
 

@@ -25,13 +25,14 @@ from .common import (
     FLAVOUR,
     JSON,
     SET,
-    STDERR,
     STEP_SIZE,
     VARIANT,
     answers_errors,
     print_json,
+    say,
     show_building,
 )
+from .console import STDERR
 
 
 @click.command()
@@ -88,7 +89,7 @@ def analyse(
     if as_json:
         print_json(answer)
         return
-    click.echo("\n".join([title, *text]))
+    say("\n".join([title, *text]))
 
 
 def _sweep(linearisation: Linearisation, sweeps: tuple[str, ...]) -> StabilityMap:

@@ -11,10 +11,10 @@ import numpy as np
 from master import catalogue
 from master.docking.plant import AXES, TABULATED, Fit, fit, judge
 from master.docking.plant import linearise as realised
-from master.fmi.description import read_description
+from master.fmi.description_reader import read_description
 from master.reproduce.facts.tables import LINEAR_PLANT
 
-from .common import FLAVOUR, JSON, answers_errors, print_json, show_building
+from .common import FLAVOUR, JSON, answers_errors, print_json, say, show_building
 
 
 @click.command()
@@ -32,7 +32,7 @@ def linearise(model: str, axis: str, flavour: str, as_json: bool) -> None:
     if as_json:
         print_json(_as_dict(model, axis, fitted, given))
         return
-    click.echo("\n".join([f"{model}, axis {axis}, 0.1 to 5 Hz", *_lines(fitted, given)]))
+    say("\n".join([f"{model}, axis {axis}, 0.1 to 5 Hz", *_lines(fitted, given)]))
 
 
 def _as_dict(model: str, axis: str, fitted: Fit, given: Fit) -> dict[str, Any]:

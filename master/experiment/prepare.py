@@ -13,8 +13,9 @@ from master import catalogue
 from master.coupling.methods.method import Method
 from master.coupling.schedule import Schedule, make_schedule
 from master.errors import ConfigError, Problem, nearest
-from master.fmi.description import Description, read_description
-from master.ssp.reader import SUFFIXES, read_ssp
+from master.fmi.description import Description
+from master.fmi.description_reader import read_description
+from master.ssp.names import SUFFIXES
 from master.system.config import UNKNOWN_SOURCE, LoadedConfig, read_config, with_times
 from master.system.graph import Descriptions, System, join
 from master.system.grid import Grid
@@ -58,6 +59,8 @@ def prepare(
 def _load(path: Path, request: Request) -> LoadedConfig:
     if path.suffix.lower() not in SUFFIXES:
         return read_config(path)
+    from master.ssp.reader import read_ssp
+
     folder = Path(tempfile.mkdtemp(prefix="dockloop-"))
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
     try:

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import gc
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
-from functools import cached_property, lru_cache
+from functools import cached_property
 from pathlib import Path
 
 from . import value_types
@@ -177,38 +176,3 @@ class Description:
     def outputs(self) -> tuple[Variable, ...]:
         """Outputs that can be recorded, in declared order."""
         return tuple(v for v in self.variables if v.causality == "output" and v.kind is not Kind.STRING)
-
-
-def read_description(path: Path) -> Description:
-    """
-    Read the model description of an FMU 2.0 or 3.0 for co-simulation, once for each state of a file.
-
-    `path` is an FMU or a folder that one was unpacked into.
-
-    Raises:
-        ConfigError: With every fault, if the file is not such an FMU.
-    """
-    return _read(path, path.absolute(), _state(path))
-
-
-def _state(path: Path) -> tuple[int, int]:
-    """Time of change [ns] and size of what is read, zeros if there is nothing."""
-    try:
-        stat = (path / "modelDescription.xml" if path.is_dir() else path).stat()
-    except OSError:
-        return 0, 0
-    return stat.st_mtime_ns, stat.st_size
-
-
-@lru_cache(maxsize=256)
-def _read(path: Path, _: Path, __: tuple[int, int]) -> Description:
-    from .description_reader import DescriptionReader  # it makes the classes of this file
-
-    # nothing of the many objects made here is garbage: searching them for it takes a third of the time
-    was_enabled = gc.isenabled()
-    gc.disable()
-    try:
-        return DescriptionReader(path).read()
-    finally:
-        if was_enabled:
-            gc.enable()

@@ -7,11 +7,13 @@ about a second.
 
 from __future__ import annotations
 
+import gc
 import itertools
 import math
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
@@ -74,6 +76,39 @@ class _Declared:
     not_exchanged: str = ""
     is_ticked: bool = False
     parts: tuple[Variable, ...] = field(default=())
+
+
+def read_description(path: Path) -> Description:
+    """
+    Read the model description of an FMU 2.0 or 3.0 for co-simulation, once for each state of a file.
+
+    `path` is an FMU or a folder that one was unpacked into.
+
+    Raises:
+        ConfigError: With every fault, if the file is not such an FMU.
+    """
+    return _read(path, path.absolute(), _state(path))
+
+
+def _state(path: Path) -> tuple[int, int]:
+    """Time of change [ns] and size of what is read, zeros if there is nothing."""
+    try:
+        stat = (path / DESCRIPTION if path.is_dir() else path).stat()
+    except OSError:
+        return 0, 0
+    return stat.st_mtime_ns, stat.st_size
+
+
+@lru_cache(maxsize=256)
+def _read(path: Path, _: Path, __: tuple[int, int]) -> Description:
+    # nothing of the many objects made here is garbage: searching them for it takes a third of the time
+    was_enabled = gc.isenabled()
+    gc.disable()
+    try:
+        return DescriptionReader(path).read()
+    finally:
+        if was_enabled:
+            gc.enable()
 
 
 class DescriptionReader:

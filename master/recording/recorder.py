@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from master.system.graph import Port
+if TYPE_CHECKING:
+    from master.system.graph import Port
 
 Floats = NDArray[np.float64]
 

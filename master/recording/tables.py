@@ -15,7 +15,7 @@ from master.errors import DataError
 
 Array = NDArray[np.float64]
 
-N_SHOWN = 5
+N_SHOWN = 5  # faults of a kind that are shown
 
 
 class Table:
@@ -28,7 +28,9 @@ class Table:
     """
 
     def __init__(self, path: Path, columns: Mapping[str, Array], first_row: int = 0) -> None:
-        self.path, self.columns, self.first_row = path, dict(columns), first_row
+        self.path = path
+        self.columns = dict(columns)
+        self.first_row = first_row
         self.faults: dict[str, list[str]] = {}
 
 
@@ -39,7 +41,7 @@ def read_table(path: str | Path, name: str | None = None) -> Table:
     Args:
         path: `.csv`, `.mat` (up to version 7.2), `.npz` or `.parquet`.
         name: Array of two dimensions to take from an NPZ or MAT; its columns are named by an array `columns`
-            beside it, or by their numbers.
+            next to it, or by their numbers.
 
     Raises:
         DataError: If the file cannot be read as a table.
@@ -85,12 +87,13 @@ def _csv_by_cells(path: Path) -> Table:
         rows = list(csv.reader(file))
     if not rows:
         raise ValueError("the file is empty, expected a header")
-    header, body = [cell.strip() for cell in rows[0]], rows[1:]
+    header = [cell.strip() for cell in rows[0]]
+    body = rows[1:]
     other = next((sign for sign in (";", "\t") if len(header) == 1 and sign in header[0]), None)
     if other is not None:
         raise ValueError(f"cells are separated by {other!r}, expected ','")
     faults: dict[str, list[str]] = {
-        name: [f"{path}: column {name!r} stands {header.count(name)} times, expected once"]
+        name: [f"{path}: column {name!r} is there {header.count(name)} times, expected once"]
         for name in header
         if header.count(name) > 1
     }
@@ -106,13 +109,13 @@ def _csv_by_cells(path: Path) -> Table:
                 text = f"{path}: row {i + 2}, column {header[j]!r}: got {cell!r}, expected a number"
                 faults.setdefault(header[j], []).append(text)
     table = Table(path, {name: values[:, j] for j, name in enumerate(header)}, first_row=2)
-    table.faults = {name: shortened(found, "in this column") for name, found in faults.items()}
+    table.faults = {name: shortened(own, "in this column") for name, own in faults.items()}
     return table
 
 
 def _npz(path: Path, name: str | None) -> Table:
-    with np.load(path, allow_pickle=False) as found:
-        return _arrays(path, {key: found[key] for key in found.files}, name)
+    with np.load(path, allow_pickle=False) as file:
+        return _arrays(path, {key: file[key] for key in file.files}, name)
 
 
 def _mat(path: Path, name: str | None) -> Table:
@@ -123,32 +126,32 @@ def _mat(path: Path, name: str | None) -> Table:
         contents = loadmat(path)
     except MatReadError as error:
         raise ValueError(str(error)) from None
-    found = {key: np.asarray(value) for key, value in contents.items() if not key.startswith("__")}
-    return _arrays(path, found, name)
+    arrays = {key: np.asarray(value) for key, value in contents.items() if not key.startswith("__")}
+    return _arrays(path, arrays, name)
 
 
 def _parquet(path: Path, _: str | None) -> Table:
     import pyarrow.parquet
 
-    found = pyarrow.parquet.read_table(path)
-    return _by_columns(path, {key: found[key].to_numpy() for key in found.column_names})
+    table = pyarrow.parquet.read_table(path)
+    return _by_columns(path, {key: table[key].to_numpy() for key in table.column_names})
 
 
-def _arrays(path: Path, found: Mapping[str, Any], name: str | None) -> Table:
+def _arrays(path: Path, arrays: Mapping[str, Any], name: str | None) -> Table:
     if name is None:
-        flat = {key: np.squeeze(value) for key, value in found.items()}
+        flat = {key: np.squeeze(value) for key, value in arrays.items()}
         columns = {key: v for key, v in flat.items() if v.ndim == 1 and v.size > 1}
         if not columns:
-            raise ValueError(f"no columns, expected the name of an array, one of {[*found]}")
+            raise ValueError(f"no columns, expected the name of an array, one of {[*arrays]}")
         return _by_columns(path, columns)
-    if name not in found:
-        raise ValueError(f"no array of this name, got {name!r}, expected one of {[*found]}")
-    values = np.asarray(found[name], dtype=float)
+    if name not in arrays:
+        raise ValueError(f"no array of this name, got {name!r}, expected one of {[*arrays]}")
+    values = np.asarray(arrays[name], dtype=float)
     if values.ndim != 2:
         raise ValueError(f"array {name!r}: got {values.ndim} dimensions, expected 2")
     names = [str(i) for i in range(values.shape[1])]
-    if "columns" in found:
-        names = [str(np.squeeze(n)).strip() for n in np.ravel(found["columns"])]
+    if "columns" in arrays:
+        names = [str(np.squeeze(n)).strip() for n in np.ravel(arrays["columns"])]
     if len(names) != values.shape[1]:
         raise ValueError(f"array 'columns': got {len(names)} names, expected {values.shape[1]}")
     return Table(path, {n: values[:, j] for j, n in enumerate(names)})

@@ -8,10 +8,10 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from master.errors import ConfigError, expected
-from master.experiment.experiment import Experiment
 from master.system.config import Config
 from master.text.scalar import Plain
 
+from .prepared import PreparedSystem
 from .structure import Annotation
 
 # parts of a configuration that are kept as they are
@@ -38,7 +38,7 @@ class Coupling:
     parts: Mapping[str, Any] = field(default_factory=dict)
 
 
-def write_coupling(experiment: Experiment, start: Mapping[str, Mapping[str, Any]]) -> str:
+def write_coupling(experiment: PreparedSystem, start: Mapping[str, Mapping[str, Any]]) -> str:
     """
     Write the annotation.
 

@@ -19,13 +19,13 @@ from urllib.parse import quote
 from lxml import etree
 
 from master.errors import ConfigError
-from master.experiment.experiment import Experiment
 from master.fmi.description import Kind, Variable
 from master.fmi.units import Unit
 from master.system.graph import Instance, System, Wire
 
 from .annotation import write_coupling
 from .names import COUPLING, COUPLING_ELEMENT, FMU, PREFIXES, STRUCTURE, ssc, ssd, ssv
+from .prepared import PreparedSystem
 
 PARAMETER_SET = "initialValues"  # one name for all FMUs: tools choose a set by its name
 _DATE = (2026, 1, 1, 0, 0, 0)
@@ -33,7 +33,7 @@ _INT32 = range(-(2**31), 2**31)
 _NOT_XML = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
-def write_ssp(experiment: Experiment, path: Path) -> Path:
+def write_ssp(experiment: PreparedSystem, path: Path) -> Path:
     """
     Write the archive.
 
@@ -75,8 +75,8 @@ def _document(root: etree._Element) -> bytes:
     return text
 
 
-def _faults(experiment: Experiment) -> Iterator[str]:
-    """What no SSP can say: characters that XML does not have, a map and a factor on one connection."""
+def _faults(experiment: PreparedSystem) -> Iterator[str]:
+    """What no SSP can say: a recording, characters that XML does not have, a map and a factor on one wire."""
     config, system = experiment.config, experiment.system
     names = [config.name, config.description]
     for name, instance in system.instances.items():
@@ -84,6 +84,9 @@ def _faults(experiment: Experiment) -> Iterator[str]:
     for name in names:
         if _NOT_XML.search(name):
             yield f"{name!r}: cannot be written as SSP, got a character that XML does not have"
+    for feed in experiment.inputs.feeds:
+        got = f"the recording {feed.source}, expected a connection"
+        yield f"{feed.target}: cannot be written as SSP, got {got}"
     for wire in system.wires:
         ends = f"{wire.source.name} -> {wire.target.name}"
         conversion = wire.conversion
@@ -110,7 +113,7 @@ def _files(system: System) -> dict[str, str]:
     return found
 
 
-def _structure(experiment: Experiment, files: Mapping[str, str], coupling: str) -> etree._Element:
+def _structure(experiment: PreparedSystem, files: Mapping[str, str], coupling: str) -> etree._Element:
     config = experiment.config
     units = _units_of(experiment.system)
     root = etree.Element(

@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import TypeVar
 
 from master.errors import ConfigError, expected
-from master.fmi.description import Description, read_description
+from master.fmi.description import Description
+from master.fmi.description_reader import read_description
 
 from . import grammar
 from .grammar import everywhere

@@ -24,11 +24,11 @@ from master.stepping.machine.program import (
     RESIDUAL_WIDTH,
     SLAVE_WIDTH,
     BlockRow,
-    Channel,
     Memory,
     Operation,
     Program,
 )
+from master.system.channel import Channel
 from master.system.graph import Port, System, Wire
 
 Functions = Mapping[tuple[Kind, int], int]

@@ -8,19 +8,8 @@ import numpy as np
 
 from master.fmi.description import Variable
 from master.fmi.slave import Slave
-from master.stepping.machine.program import (
-    DELAY,
-    DRAWN,
-    FALLBACK,
-    JITTER,
-    MODE,
-    OFFSET,
-    PASS,
-    RANDOM,
-    Floats,
-    Integers,
-    Program,
-)
+from master.stepping.machine.program import Floats, Integers, Program
+from master.system.channel import DELAY, DRAWN, FALLBACK, JITTER, MODE, OFFSET, PASS, RANDOM
 from master.system.graph import System
 from master.system.grid import Grid
 from master.system.scenario import Action, Scenario, ScenarioEvent

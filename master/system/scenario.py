@@ -15,11 +15,11 @@ from dataclasses import dataclass, field
 from master.errors import ConfigError, Problem, shown
 from master.fmi.description import Kind, Variable
 from master.fmi.values import parse
-from master.stepping.machine.program import DELAY, DROP, FREEZE, JITTER, MODE, OFFSET, RANDOM
 from master.text.fields import finite
 from master.text.scalar import Value, float_of
 from master.text.signal_name import SignalName
 
+from .channel import DELAY, DROP, FREEZE, JITTER, MODE, OFFSET, RANDOM
 from .config import Event, LoadedConfig
 from .graph import System, signal_fault
 from .grid import Grid

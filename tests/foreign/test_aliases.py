@@ -5,7 +5,7 @@ import yaml
 
 from master.errors import ConfigError
 from master.experiment.prepare import Request, prepare
-from master.fmi.description import read_description
+from master.fmi.description_reader import read_description
 from master.stepping.outcome import RunOptions
 from master.stepping.simulate import simulate
 from tests.foreign.build import TYPES_3, describe_2, describe_3

@@ -4,7 +4,7 @@ import pytest
 
 from master.errors import ConfigError
 from master.experiment.prepare import prepare
-from master.fmi.description import read_description
+from master.fmi.description_reader import read_description
 from master.fmi.fmi3 import Fmi3Slave
 from tests.foreign.foreign import COMPILED, run, wires
 

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from master.errors import ConfigError, FmuError
-from master.fmi.description import read_description
+from master.fmi.description_reader import read_description
 from tests.foreign.build import FOLDERS, describe_2, describe_3, write_fmu
 from tests.foreign.foreign import COMPILED, run, wires
 

@@ -6,7 +6,7 @@ import pytest
 from master.diagnosis.case.case import load_case
 from master.diagnosis.case.cut import cut
 from master.diagnosis.replay.replayer import Link, Player
-from master.fmi.description import read_description
+from master.fmi.description_reader import read_description
 from tests.foreign.build import describe_2
 from tests.foreign.foreign import COMPILED
 

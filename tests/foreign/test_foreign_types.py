@@ -1,7 +1,7 @@
 import pytest
 
 from master.errors import ConfigError
-from master.fmi.description import read_description
+from master.fmi.description_reader import read_description
 from tests.foreign.build import TYPES_3, describe_3
 from tests.foreign.foreign import COMPILED, run, wires
 

@@ -1,8 +1,8 @@
 """
 Trials of the diagnosis on the virtual rig: many truths and seeds, one line of JSON each.
 
-    python tests/rig/trials.py OUT.jsonl FIRST_SEED N_SEEDS [--workers N] [TRUTH ...]
-    python tests/rig/trials_table.py OUT.jsonl ...
+    python -m tests.rig.trials OUT.jsonl FIRST_SEED N_SEEDS [--workers N] [TRUTH ...]
+    python -m tests.rig.trials_table OUT.jsonl ...
 
 A truth is `none`, `none:colour`, `none:clock`, `none:plant`, an effect of the rig, or two joined by `+`; with
 `:small` behind them they leave about as much as the noise, see SMALL. All truths come with one seed, then all
@@ -27,7 +27,7 @@ from master.diagnosis.answer.before_after import sealed
 from master.diagnosis.answer.verdict import subsystem, verdict
 from master.diagnosis.case.case import load_case
 from master.diagnosis.judge.diagnose import diagnose
-from master.diagnosis.replay.candidate_models import Added
+from master.diagnosis.replay.placed_effect import PlacedEffect
 from tests.rig import SUBSYSTEM, Effects, Plant, Recorder, record
 from tests.rig.trials_table import kinds_of, read
 
@@ -81,51 +81,48 @@ def one(truth: str, seed: int, folder: Path) -> dict:
     case["recordings"] = {"rich": {"file": str(folder / "rig.npz")}}
     (folder / "case.yaml").write_text(yaml.safe_dump(case))
     begin = time.perf_counter()
-    found = diagnose(load_case(folder / "case.yaml"), lambda _: None)
-    seconds = time.perf_counter() - begin
-    try:
+    with diagnose(load_case(folder / "case.yaml"), lambda _: None) as found:
+        seconds = time.perf_counter() - begin
         return _judged(truth, seed, found, recorder, effects) | {"seconds": round(seconds, 1)}
-    finally:
-        found.close()
 
 
 def _judged(truth, seed, found, recorder, effects) -> dict:
     part = _part(found, {SUBSYSTEM[kind] for kind in kinds_of(truth)})
     files = {}
     for p in found.parts:
-        chain = p.study.pool.player(p.chosen.added).chain
+        chain = p.study.pool.player(p.chosen.effects).chain
         files |= {c.name: c.description.path for c in chain if c.name in p.fmus}
-    name = part.study.bench.part.name
+    name = part.name
     own = sealed(found, files)[name]
     before, after = (_power(part, own, predicted) for predicted in (own.before, own.after))
     noise = noise_of(recorder)
-    sized = zip(part.study.bench.outputs, part.study.size, strict=True)
+    sized = zip(part.outputs, part.study.output_scale, strict=True)
     floor = float(np.mean([(noise.get(name, 0.0) / size) ** 2 for name, size in sized]))
     ideal = _rounding(part, own, effects) if effects.quantisation > 0.0 else floor
     return {
         "truth": truth,
         "seed": seed,
         "verdict": verdict(found),
-        "effects": [f"{a.fmu}.{a.slot}:{a.effect}" for a in part.chosen.added],
+        "effects": [f"{a.fmu}.{a.slot}:{a.effect}" for a in part.chosen.effects],
         "families": [list(f) for p in found.parts for f in p.families],
         "subsystem": subsystem(found),
         "before": before,
         "after": after,
         "share_of_ideal": (before - after) / max(before - ideal, 1e-300),
         "size_over_noise": float(np.sqrt(max(_unsealed(part) - floor, 0.0) / max(floor, 1e-300))),
-        "others": [str(a) for p in found.parts if p is not part for a in p.chosen.added],
+        "others": [str(a) for p in found.parts if p is not part for a in p.chosen.effects],
     }
 
 
 def _part(found, true):
     """The part with the effect that was found; where none was, the one that has it."""
-    if found.main.chosen.added:
+    if found.main.chosen.effects:
         return found.main
     return next((p for p in found.parts if true & set(p.study.bench.part.fmus)), found.main)
 
 
 def _power(part, own, predicted) -> float:
-    return float(np.mean(((predicted - own.measured) / part.study.size) ** 2))
+    return float(np.mean(((predicted - own.measured) / part.study.output_scale) ** 2))
 
 
 def _unsealed(part) -> float:
@@ -134,7 +131,7 @@ def _unsealed(part) -> float:
     for block in part.study.held_out:
         rows[block] = True
     left = part.base.predicted - part.study.measured
-    return float(np.mean((left[rows] / part.study.size) ** 2))
+    return float(np.mean((left[rows] / part.study.output_scale) ** 2))
 
 
 def _rounding(part, own, effects) -> float:
@@ -143,11 +140,11 @@ def _rounding(part, own, effects) -> float:
 
     Its inputs were measured, and where the force is near the middle of a step their noise decides.
     """
-    rows = np.round(own.t / part.study.bench.row_period).astype(int)
+    rows = np.round(own.t / part.row_period).astype(int)
     true = {f"contact.{n}": getattr(Plant(), n) for n in ("m_e", "k_m", "c_m", "k_p", "c_p")}
-    added = Added("force_sensor", "output", "quantisation")
-    values = true | {f"force_sensor.{added.prefix}_step": effects.quantisation}
-    return _power(part, own, part.study.simulate((added,), values, everything=True)[rows])
+    placed = PlacedEffect("force_sensor", "output", "quantisation")
+    values = true | {placed.variable("step"): effects.quantisation}
+    return _power(part, own, part.study.simulate((placed,), values, everything=True)[rows])
 
 
 def trial(truth: str, seed: int) -> dict:

@@ -1,5 +1,5 @@
 """
-Confusion matrix and rates of trials, in Markdown: python tests/rig/trials_table.py OUT.jsonl ...
+Confusion matrix and rates of trials, in Markdown: python -m tests.rig.trials_table OUT.jsonl ...
 
 An effect that the rig has and the library calls otherwise stands in NAMES; LAG_LIKE are truths that most
 recordings cannot tell from others of their kind, and that should come out as a family. What leaves less than

@@ -12,6 +12,8 @@ from click.testing import CliRunner
 from master.cli.diagnose import diagnose
 from tests.systems.browser import opened
 
+pytestmark = pytest.mark.long
+
 KEYS = {"verdict", "effects", "subsystem", "before", "after", "explained_share", "ceiling"} | {
     "runners_up",
     "undistinguished",

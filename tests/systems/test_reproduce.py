@@ -15,6 +15,8 @@ from master.reproduce.figures.registry import FIGURES
 from master.reproduce.reproduction import CLAIMS
 from tests.systems.browser import opened
 
+pytestmark = pytest.mark.long
+
 
 @pytest.fixture(scope="module")
 def reproduced(tmp_path_factory):

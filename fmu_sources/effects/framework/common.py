@@ -9,7 +9,7 @@ SMOOTHING_SHARE = 0.02
 """Typical smoothing, of the rms of the velocity."""
 
 SMALLEST_SMOOTHING, SMALLEST_SHARE = 0.1, 1e-4
-"""Smallest values in a fit, of the typical ones: of a smoothing, of any other positive parameter."""
+"""Smallest values in a fit over typical ones: of a smoothing, which looks alike when sharper; of others."""
 
 NEVER = 1e9
 """A limit that is never reached."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -26,7 +26,7 @@ WHEN_HELD = "learning is not linear: what the FMU has learned stays as a run lea
 
 @dataclass(frozen=True)
 class Assumption:
-    """A parameter that the analysis sets, because the system is not linear or constant with its own."""
+    """A value that the analysis sets, because the system is not linear or constant with its own."""
 
     signal: str
     value: str | float
@@ -51,6 +51,7 @@ class Linearisation:
 
     def __post_init__(self) -> None:
         self.system, self.assumptions = frozen(self.experiment.system, after_run=self.after_run)
+        self.assumptions += tuple(_held_inputs(self.experiment))
         self._held = self._initial_inputs()
 
     def coupled(
@@ -111,6 +112,14 @@ class Linearisation:
         grid = replace(self.experiment.grid, n_ticks=0)
         start = simulate(system, self.experiment.schedule, grid, factory=self.factory).result
         return {w.target.name: w.conversion.of(float(start[w.source.name][0])) for w in system.wires}
+
+
+def _held_inputs(experiment: Experiment) -> Iterator[Assumption]:
+    """A recording drives a system and is no part of its loops: its inputs keep their first values."""
+    inputs = experiment.inputs
+    if inputs.values is not None:
+        for feed, value in zip(inputs.feeds, inputs.values[0].tolist(), strict=True):
+            yield Assumption(feed.target, value, f"first value of the recording {feed.source}")
 
 
 def frozen(system: System, *, after_run: bool) -> tuple[System, tuple[Assumption, ...]]:

@@ -12,7 +12,7 @@ from master.diagnosis.case.case import read_case
 from master.diagnosis.judge.diagnose import Diagnosis, diagnose
 from master.diagnosis.search.study import Progress
 from master.experiment.prepare import prepare
-from master.fmi.description import read_description
+from master.fmi.description_reader import read_description
 from master.recording.whole_file import write_whole
 
 from .before_after import sealed
@@ -24,23 +24,23 @@ def answer(path: Path, folder: Path, progress: Progress) -> dict[str, Any]:
     """
     Diagnose a case and write report, panels, corrected FMUs and system into a folder.
 
+    No FMU stays loaded, however it ends.
+
     Raises:
         ConfigError: If the case or what it names is wrong.
+        FmuError: If an FMU cannot be replayed on what was measured.
     """
-    diagnosis = diagnose(read_case(path), progress)
-    try:
+    with diagnose(read_case(path), progress) as diagnosis:
         progress("models with effects are written")
         corrected = correct(diagnosis, folder)
         prepare(corrected.system)
         progress("sealed rows are read, once")
-        found = sealed(diagnosis, corrected.native)
+        parts = sealed(diagnosis, corrected.native)
         progress("report is drawn")
-        drawn = panels(diagnosis, found, folder / "panels")
+        drawn = panels(diagnosis, parts, folder / "panels")
         files = [*corrected.files, *(p.file for p in drawn), folder / "report.html", folder / "report.json"]
-        report = as_dict(diagnosis, found, [f.relative_to(folder).as_posix() for f in files])
+        report = as_dict(diagnosis, parts, [f.relative_to(folder).as_posix() for f in files])
         units = _units(diagnosis, corrected)
-    finally:
-        diagnosis.close()
     write_whole(folder / "report.json", json.dumps(report, indent=2, allow_nan=False) + "\n")
     write_whole(folder / "report.html", page(report, drawn, units))
     return report
@@ -48,6 +48,6 @@ def answer(path: Path, folder: Path, progress: Progress) -> dict[str, Any]:
 
 def _units(diagnosis: Diagnosis, corrected: Corrected) -> dict[str, str]:
     """Units of all variables `fmu.name`, of models with effects too."""
-    found = {**diagnosis.system.descriptions}
-    found |= {fmu: read_description(file) for fmu, file in corrected.native.items()}
-    return {f"{fmu}.{name}": v.unit_name for fmu, d in found.items() for name, v in d.by_name.items()}
+    descriptions = dict(diagnosis.system.descriptions)
+    descriptions |= {fmu: read_description(file) for fmu, file in corrected.native.items()}
+    return {f"{fmu}.{name}": v.unit_name for fmu, d in descriptions.items() for name, v in d.by_name.items()}

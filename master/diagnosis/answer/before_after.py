@@ -2,44 +2,41 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from master import catalogue
-from master.diagnosis.case.cut import CutSystem, Part
+from master.diagnosis.case.cut import CutPart, CutSystem
 from master.diagnosis.case.split import Stretch
 from master.diagnosis.judge.diagnose import Diagnosis
 from master.diagnosis.judge.part_result import PartResult
 from master.diagnosis.numerics.arrays import Array
-from master.diagnosis.numerics.whiteness import block_bootstrap, correlation_length
+from master.diagnosis.numerics.error_measures import Errors, errors
 from master.diagnosis.replay.candidate_models import links
-from master.diagnosis.replay.replay import Bench
+from master.diagnosis.replay.replay_bench import ReplayBench
 from master.diagnosis.replay.replayer import Player
 from master.diagnosis.search.study import merged
-
-N_DRAWS = 300
 
 
 @dataclass(frozen=True)
 class SealedPart:
     """Sealed rows of one part: time [s], shape (rows,), the others (rows, outputs)."""
 
-    part: Part
+    part: CutPart
     t: Array
     measured: Array
     before: Array
     after: Array
     nominal: Array
 
-    def table(self, which: str) -> dict[str, dict[str, Any]]:
-        """Errors by signal."""
-        predicted: Array = getattr(self, which)
+    def errors_of(self, predicted: Array) -> dict[str, Errors]:
+        """Errors of one of the predictions, by signal."""
         return {
-            name: _errors(self.measured[:, i], predicted[:, i]) for i, name in enumerate(self.part.compared)
+            name: errors(self.measured[:, i], predicted[:, i]) for i, name in enumerate(self.part.compared)
         }
 
     @property
@@ -58,64 +55,56 @@ def sealed(diagnosis: Diagnosis, files: Mapping[str, Path]) -> dict[str, SealedP
     Args:
         diagnosis: What was found on the other rows.
         files: FMU to the file that is handed over; the others are unchanged.
+
+    Returns:
+        By the name of the part.
     """
     stretches = diagnosis.split.sealed.open()
-    return {p.study.bench.part.name: _one(diagnosis, p, files, stretches) for p in diagnosis.parts}
+    return {part.name: _one(diagnosis, part, files, stretches) for part in diagnosis.parts}
 
 
 def _one(
-    diagnosis: Diagnosis, result: PartResult, files: Mapping[str, Path], stretches: tuple[Stretch, ...]
+    diagnosis: Diagnosis, result: PartResult, files: Mapping[str, Path], stretches: Sequence[Stretch]
 ) -> SealedPart:
-    bench, system = result.study.bench, diagnosis.system
-    own = {n: r for n, r in diagnosis.recordings.items() if n in {s.recording for s in stretches}}
-    if not set(own) <= set(bench.lengths):
-        fitted = bench.fitted & set(own)
-        bench = Bench(bench.part, own, diagnosis.loaded.case)
-        bench.fitted = fitted
-    rows = np.concatenate(
-        [np.arange(bench.begin(s.recording) + s.begin, bench.begin(s.recording) + s.end) for s in stretches]
-    )
-    rows = rows[(rows < len(bench.measured))]
+    system = diagnosis.system
+    bench = _bench(diagnosis, result, {s.recording for s in stretches})
+    rows = np.concatenate([np.arange(s.begin, s.end) + bench.begin(s.recording) for s in stretches])
+    rows = rows[rows < len(bench.measured)]
     rows = rows[bench.in_use[rows]]
     old = _files(system, bench.part)
     before = _run(bench, system, old, result.base.values)
     nominal = _run(bench, system, old, {})
     after = before
     if result.has_effect:
-        values = dict(result.chosen.fixed) | dict(result.fit.values)
-        after = _run(bench, system, {**old, **{k: f for k, f in files.items() if k in old}}, values)
-    t = rows * bench.row_period
-    return SealedPart(bench.part, t, bench.measured[rows], before[rows], after[rows], nominal[rows])
+        new = {fmu: files.get(fmu, file) for fmu, file in old.items()}
+        after = _run(bench, system, new, result.values)
+    return SealedPart(
+        part=bench.part,
+        t=rows * bench.row_period,
+        measured=bench.measured[rows],
+        before=before[rows],
+        after=after[rows],
+        nominal=nominal[rows],
+    )
 
 
-def _files(system: CutSystem, part: Part) -> dict[str, Path]:
+def _bench(diagnosis: Diagnosis, result: PartResult, names: set[str]) -> ReplayBench:
+    """The bench of the study, or one with the recordings that are sealed as a whole."""
+    bench = result.study.bench
+    recordings = {name: r for name, r in diagnosis.recordings.items() if name in names}
+    if set(recordings) <= set(bench.lengths):
+        return bench
+    fitted = bench.fitted & set(recordings)
+    return ReplayBench(bench.part, recordings, diagnosis.loaded.case, fitted)
+
+
+def _files(system: CutSystem, part: CutPart) -> dict[str, Path]:
     targets = {f: catalogue.locate(system.sources[f], system.folder, "native") for f in part.fmus}
     return catalogue.files(targets, catalogue.silent)
 
 
-def _run(bench: Bench, system: CutSystem, files: Mapping[str, Path], values: Mapping[str, float]) -> Array:
-    player = Player(links(system, bench.part, files))
-    try:
+def _run(
+    bench: ReplayBench, system: CutSystem, files: Mapping[str, Path], values: Mapping[str, float]
+) -> Array:
+    with closing(Player(links(system, bench.part, files))) as player:
         return bench.predict(player, merged(system.values, values))
-    finally:
-        player.close()
-
-
-def _errors(measured: Array, predicted: Array) -> dict[str, Any]:
-    left = predicted - measured
-    size = float(np.sqrt(np.mean(measured**2))) or 1.0
-    if not np.isfinite(left).all():
-        return {"rmse": None, "nrmse_percent": None, "max": None, "energy": None, "rmse_interval": None}
-    block = correlation_length(left)
-    low, high = block_bootstrap(_rms, left, block=block, n_draws=N_DRAWS)
-    return {
-        "rmse": _rms(left),
-        "nrmse_percent": 100.0 * _rms(left) / size,
-        "max": float(np.abs(left).max()),
-        "energy": float(np.sum(predicted**2) / max(np.sum(measured**2), 1e-300)),
-        "rmse_interval": [low, high],
-    }
-
-
-def _rms(values: Array) -> float:
-    return float(np.sqrt(np.mean(values**2)))

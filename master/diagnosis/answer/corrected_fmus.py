@@ -12,11 +12,12 @@ from typing import Any
 from master import catalogue
 from master.diagnosis.case.cut import CutSystem
 from master.diagnosis.judge.diagnose import Diagnosis
-from master.diagnosis.replay.candidate_models import source_with
+from master.diagnosis.replay.placed_effect import source_with
 from master.recording.whole_file import write_whole
 from master.text.signal_name import SignalName
 from master.text.yaml_lines import write_yaml
 
+FLAVOURS = ("native", "python")
 HEAD = "# {name} with what the recording asks for; written by `dockloop diagnose`.\n"
 
 
@@ -31,13 +32,14 @@ class Corrected:
 
 def correct(diagnosis: Diagnosis, folder: Path) -> Corrected:
     """Write the corrected system, and its new FMUs in both flavours, into a folder."""
-    system, sources = diagnosis.system, _sources(diagnosis)
+    system = diagnosis.system
+    sources = _sources(diagnosis)
     native: dict[str, Path] = {}
     files: list[Path] = []
     for fmu, source in sources.items():
         if source == system.sources[fmu]:
             continue
-        for flavour in ("native", "python"):
+        for flavour in FLAVOURS:
             target = catalogue.locate(source, system.folder, flavour)
             built = catalogue.files({source: target}, catalogue.silent)[source]
             path = folder / flavour / f"{source}.fmu"
@@ -54,28 +56,30 @@ def correct(diagnosis: Diagnosis, folder: Path) -> Corrected:
 
 
 def corrected_values(diagnosis: Diagnosis) -> dict[str, dict[str, float]]:
-    """Parameters by FMU that the fit has found, of base and effects."""
-    found: dict[str, dict[str, float]] = {}
+    """Parameters by FMU that were fitted, of base and effects."""
+    values: dict[str, dict[str, float]] = {}
     for part in diagnosis.parts:
         if not part.has_effect and not part.parameter_gain:
             continue
-        for key, value in (dict(part.chosen.fixed) | dict(part.fit.values)).items():
+        for key, value in part.values.items():
             name = SignalName(key)
-            found.setdefault(name.instance, {})[name.variable] = float(value)
-    return found
+            values.setdefault(name.instance, {})[name.variable] = float(value)
+    return values
 
 
 def _sources(diagnosis: Diagnosis) -> dict[str, str]:
     system = diagnosis.system
-    added = [a for part in diagnosis.parts for a in part.chosen.added]
+    effects = [e for part in diagnosis.parts for e in part.chosen.effects]
     return {
-        fmu: source_with(source, [a for a in added if a.fmu == fmu]) for fmu, source in system.sources.items()
+        fmu: source_with(source, [e for e in effects if e.fmu == fmu])
+        for fmu, source in system.sources.items()
     }
 
 
 def _document(diagnosis: Diagnosis, sources: Mapping[str, str], folder: Path) -> dict[str, Any]:
     """The description of the system with other sources and parameters."""
-    system, case = diagnosis.system, diagnosis.loaded.case
+    system = diagnosis.system
+    case = diagnosis.loaded.case
     data = system.config.model_dump(by_alias=True, exclude_defaults=True)
     overrides: Mapping[str, Any] = {} if case.variant is None else system.config.variants[case.variant]
     values = corrected_values(diagnosis)

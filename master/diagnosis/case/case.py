@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from master.errors import ConfigError, Problem, nearest
+from master.errors import ConfigError, DataError, Problem, nearest
 from master.system.config import FmuEntry
 from master.text.fields import (
     Boolean,
@@ -32,8 +32,6 @@ from master.text.yaml_lines import Document, Place, read_yaml
 
 from .split import PARTS
 
-DATA = "DOCKLOOP_DATA"
-PROJECT = Path(__file__).parents[3]
 _VARIABLE = re.compile(r"\$\{(\w+)\}")
 
 
@@ -227,14 +225,32 @@ class LoadedCase:
         return self.document.where(place)
 
     def file(self, entry: RecordingEntry) -> Path:
-        """Path of a recording, from the folder of the case or the variable in its name."""
+        """
+        Path of a recording, from the folder of the case or the variable in its name.
+
+        Raises:
+            DataError: If a variable is not set.
+        """
         return self.document.path.parent / filled(entry.file)
 
 
 def filled(text: str) -> str:
-    """Replace `${NAME}` by environment variables; DOCKLOOP_DATA has a default."""
-    default = {DATA: str(PROJECT.parent / "shared" / "data")}
-    return _VARIABLE.sub(lambda m: os.environ.get(m[1], default.get(m[1], m[0])), text)
+    """
+    Replace `${NAME}` by environment variables.
+
+    Raises:
+        DataError: With every variable that is not set.
+    """
+    missing = [name for name in dict.fromkeys(_VARIABLE.findall(text)) if not os.environ.get(name)]
+    if missing:
+        raise DataError(
+            "\n".join(
+                f"{text}: environment variable {name}: not set, got none, expected the folder that holds the "
+                f"recordings (export {name}=...), or a path from the folder of the case"
+                for name in missing
+            )
+        )
+    return _VARIABLE.sub(lambda m: os.environ[m[1]], text)
 
 
 def read_case(path: Path) -> LoadedCase:

@@ -1,8 +1,8 @@
 """
 Cut a system where signals were measured: each part is replayed alone, on measured inputs.
 
-A connection into an input that was recorded is cut. FMUs that still hang together by connections form one
-part; a residual of a part points to its FMUs alone.
+A connection into an input that was recorded is cut. FMUs that are still connected form one part; a residual
+of a part points to its FMUs alone.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal, NamedTuple
 
 from fmu_sources.composed import registry
 from fmu_sources.composed.composition import all_slots
@@ -17,7 +18,8 @@ from fmu_sources.framework.model import Model, Slot
 from master import catalogue
 from master.coupling.schedule import make_schedule
 from master.errors import ConfigError, expected
-from master.fmi.description import Description, read_description
+from master.fmi.description import Description
+from master.fmi.description_reader import read_description
 from master.fmi.values import parse
 from master.system.config import UNKNOWN_SOURCE, Config, LoadedConfig, read_config
 from master.system.graph import System, join
@@ -29,14 +31,31 @@ from .faults import faults
 Values = dict[str, dict[str, float | str]]
 
 
+class MeasuredInput(NamedTuple):
+    """A signal that drives an input, and whether a step takes its row at the start or at the end."""
+
+    signal: str
+    row: Literal["start", "end"]
+
+
 @dataclass(frozen=True)
-class Part:
-    """FMUs in the order in which they step, with what drives them and what they are compared with."""
+class CutPart:
+    """
+    FMUs in the order in which they step, with what drives them and what they are compared with.
+
+    `inputs`: FMU to variable to what was measured of it. `wired`: FMU to variable to the output
+    `instance.variable` that drives it. `compared`: output `instance.variable` to signal.
+    """
 
     fmus: tuple[str, ...]
-    inputs: Mapping[str, Mapping[str, tuple[str, str]]]
+    inputs: Mapping[str, Mapping[str, MeasuredInput]]
     wired: Mapping[str, Mapping[str, str]]
     compared: Mapping[str, str]
+
+    @property
+    def columns(self) -> list[MeasuredInput]:
+        """What drives the part, each once: the columns of a table of inputs."""
+        return list(dict.fromkeys(m for inputs in self.inputs.values() for m in inputs.values()))
 
     @property
     def name(self) -> str:
@@ -53,11 +72,10 @@ class CutSystem:
     sources: Mapping[str, str]
     values: Values
     descriptions: Mapping[str, Description]
-    parts: tuple[Part, ...]
-    system_file: Path | None
+    parts: tuple[CutPart, ...]
 
     def model(self, fmu: str) -> Model | None:
-        """Model behind an FMU; None for a foreign file."""
+        """Model that an FMU was built from; None for a foreign file."""
         source = self.sources[fmu]
         return None if catalogue.is_path(source) else registry.load(source)
 
@@ -85,15 +103,13 @@ def cut(loaded: LoadedCase, progress: catalogue.Progress = catalogue.silent) -> 
     for signal, value in loaded.case.set.items():
         name, variable = SignalName(signal).parts
         values[name][variable] = parse(system.port(signal).variable, value)
-    case = loaded.case
     return CutSystem(
-        config.config,
-        config.folder,
-        sources,
-        values,
-        {name: i.description for name, i in system.instances.items()},
-        _parts(loaded, system, order),
-        None if case.system is None else loaded.document.path.parent / case.system,
+        config=config.config,
+        folder=config.folder,
+        sources=sources,
+        values=values,
+        descriptions={name: i.description for name, i in system.instances.items()},
+        parts=_parts(loaded, system, order),
     )
 
 
@@ -142,14 +158,15 @@ def _system(
     return system, sources, problems + faults_of_system
 
 
-def _parts(loaded: LoadedCase, system: System, order: list[str]) -> tuple[Part, ...]:
+def _parts(loaded: LoadedCase, system: System, order: list[str]) -> tuple[CutPart, ...]:
     case = loaded.case
     group = {name: name for name in order}
     wires = [w for w in system.wires if w.target.name not in case.inputs]
     needed = _needed(case.compared, [(w.source.instance, w.target.instance) for w in wires])
     wires = [w for w in wires if w.source.instance in needed and w.target.instance in needed]
     for w in wires:
-        old, new = group[w.target.instance], group[w.source.instance]
+        old = group[w.target.instance]
+        new = group[w.source.instance]
         group = {name: new if g == old else g for name, g in group.items()}
     parts = []
     for first in dict.fromkeys(group[name] for name in order if name in needed):
@@ -160,7 +177,7 @@ def _parts(loaded: LoadedCase, system: System, order: list[str]) -> tuple[Part, 
             for name in members
         }
         compared = {k: s for k, s in case.compared.items() if SignalName(k).instance in members}
-        parts.append(Part(members, inputs, wired, compared))
+        parts.append(CutPart(members, inputs, wired, compared))
     return tuple(parts)
 
 
@@ -172,20 +189,22 @@ def _needed(compared: Mapping[str, str], wires: list[tuple[str, str]]) -> set[st
     return needed
 
 
-def _inputs(loaded: LoadedCase, system: System, name: str) -> Mapping[str, tuple[str, str]]:
+def _inputs(loaded: LoadedCase, system: System, name: str) -> Mapping[str, MeasuredInput]:
     """
-    Measured inputs of an FMU: variable to signal and the row it is taken from.
+    Measured inputs of an FMU by variable, each with the row it is taken from.
 
     One that a compared output follows at once, or may follow as far as the FMU says, is that of the
     output's row; so is one that the FMU interpolates to the end of the step.
     """
     description = system.instances[name].description
     interpolates = "input_hold" in description.by_name
-    outputs = [key.partition(".")[2] for key in loaded.case.compared if key.partition(".")[0] == name]
-    found: dict[str, tuple[str, str]] = {}
+    compared = [SignalName(key) for key in loaded.case.compared]
+    outputs = [signal.variable for signal in compared if signal.instance == name]
+    inputs: dict[str, MeasuredInput] = {}
     for key, entry in loaded.case.inputs.items():
         fmu, variable = SignalName(key).parts
         if fmu == name:
             follows = any(description.hands_through(variable, output) for output in outputs)
-            found[variable] = (entry.signal, entry.at or ("end" if interpolates or follows else "start"))
-    return found
+            row: Literal["start", "end"] = "end" if interpolates or follows else "start"
+            inputs[variable] = MeasuredInput(entry.signal, entry.at or row)
+    return inputs

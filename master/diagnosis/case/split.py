@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from master.errors import DataError
 
@@ -28,6 +29,14 @@ class Stretch:
         return slice(self.begin, self.end)
 
 
+class _Block(NamedTuple):
+    """Rows `begin` to `end` (not included) for one use."""
+
+    use: str
+    begin: int
+    end: int
+
+
 class Sealed:
     """The sealed stretches; they are given out once."""
 
@@ -38,7 +47,8 @@ class Sealed:
         """Break the seal. Raises RuntimeError if it is broken already."""
         if self._stretches is None:
             raise RuntimeError("the sealed part was read before, expected to read it once, at the end")
-        stretches, self._stretches = self._stretches, None
+        stretches = self._stretches
+        self._stretches = None
         return stretches
 
 
@@ -68,7 +78,7 @@ def by_recording(lengths: Mapping[str, int], parts: Mapping[str, Sequence[str]])
         f"split: no such recording, got {n!r}, expected one of {[*lengths]}" for n in used if n not in lengths
     ]
     problems += [
-        f"split: {n!r} stands twice, expected once" for n in sorted({n for n in used if used.count(n) > 1})
+        f"split: {n!r} is there twice, expected once" for n in sorted({n for n in used if used.count(n) > 1})
     ]
     if problems:
         raise DataError("\n".join(problems))
@@ -95,16 +105,16 @@ def by_blocks(
     problems += [
         f"split.pattern: got no block for {p!r}, expected at least one" for p in needed if p not in pattern
     ]
-    found: dict[str, list[Stretch]] = {part: [] for part in PARTS}
+    uses: dict[str, list[Stretch]] = {part: [] for part in PARTS}
     for name, n in lengths.items():
         for use, begin, end in _joined(pattern, n):
             inner = Stretch(name, begin + (guard if begin else 0), end)
             if inner.end - inner.begin <= guard:
                 problems.append(f"block {begin}..{end} of {name!r} is too short for a guard of {guard} rows")
-            found.setdefault(use, []).append(inner)
+            uses.setdefault(use, []).append(inner)
     if problems:
         raise DataError("\n".join(problems))
-    return Split(tuple(found["fit"]), tuple(found["select"]), Sealed(found["sealed"]))
+    return Split(tuple(uses["fit"]), tuple(uses["select"]), Sealed(uses["sealed"]))
 
 
 def with_sealed_recordings(
@@ -117,9 +127,9 @@ def with_sealed_recordings(
         DataError: If a part has no block or a block is shorter than the guard.
     """
     cut = {name: n for name, n in lengths.items() if name not in sealed}
-    found = by_blocks(cut, pattern, guard, needed=("fit", "select"))
+    split = by_blocks(cut, pattern, guard, needed=("fit", "select"))
     whole = [Stretch(n, 0, lengths[n]) for n in sealed]
-    return Split(found.fit, found.select, Sealed([*found.sealed.open(), *whole]))
+    return Split(split.fit, split.select, Sealed([*split.sealed.open(), *whole]))
 
 
 def blocks(stretches: Sequence[Stretch], n: int) -> list[Stretch]:
@@ -133,12 +143,13 @@ def blocks(stretches: Sequence[Stretch], n: int) -> list[Stretch]:
     return cut
 
 
-def _joined(pattern: Sequence[str], n: int) -> list[tuple[str, int, int]]:
+def _joined(pattern: Sequence[str], n: int) -> list[_Block]:
+    """Cut n rows into equal blocks; neighbours of one use are one block."""
     edges = [n * i // len(pattern) for i in range(len(pattern) + 1)]
-    found: list[tuple[str, int, int]] = []
+    joined: list[_Block] = []
     for use, begin, end in zip(pattern, edges[:-1], edges[1:], strict=True):
-        if found and found[-1][0] == use:
-            found[-1] = (use, found[-1][1], end)
+        if joined and joined[-1].use == use:
+            joined[-1] = joined[-1]._replace(end=end)
         else:
-            found.append((use, begin, end))
-    return found
+            joined.append(_Block(use, begin, end))
+    return joined

@@ -16,7 +16,8 @@ from master.text.signal_name import SignalName
 
 from .recordings import Column, Recording, Rules, read
 
-ORDER = 4
+ORDER = 4  # of the low-pass filter, run forwards and backwards
+SAME_PERIOD = 1.01  # largest sampling period over the smallest
 
 
 def opened(
@@ -52,38 +53,39 @@ def measured(loaded: LoadedCase) -> dict[str, Recording]:
         ConfigError: With every fault of every recording, each with the line of its entry.
     """
     problems: list[str] = []
-    found: dict[str, Recording] = {}
+    recordings: dict[str, Recording] = {}
     for name in loaded.case.recordings:
         try:
-            found[name] = _one(loaded, name)
+            recordings[name] = _one(loaded, name)
         except DataError as error:
             if loaded.problems and str(error).startswith("signals"):
                 continue  # made of a signal that is wrong itself
             where = loaded.where("recordings", name)
             problems += [f"{where}: {line}" for line in str(error).splitlines()]
-    problems += _cut(loaded, found)
-    periods = {name: r.period for name, r in found.items()}
-    if found and max(periods.values()) > 1.01 * min(periods.values()):
+    problems += _cut(loaded, recordings)
+    periods = {name: r.period for name, r in recordings.items()}
+    if recordings and max(periods.values()) > SAME_PERIOD * min(periods.values()):
         problems.append(
             f"{loaded.where('recordings')}: different sampling periods, got {periods}, expected one"
         )
     if problems:
         raise ConfigError(problems)
-    return found
+    return recordings
 
 
-def _cut(loaded: LoadedCase, found: Mapping[str, Recording]) -> list[str]:
+def _cut(loaded: LoadedCase, recordings: Mapping[str, Recording]) -> list[str]:
     cut = loaded.case.replay.cut
     return [
         f"{loaded.where('replay', 'cut')}: got {cut} rows off both ends of {name!r}, expected fewer than "
         f"half of its {len(r)}"
-        for name, r in found.items()
+        for name, r in recordings.items()
         if 2 * cut >= len(r)
     ]
 
 
 def _one(loaded: LoadedCase, name: str) -> Recording:
-    case, entry = loaded.case, loaded.case.recordings[name]
+    case = loaded.case
+    entry = case.recordings[name]
     columns = {
         key: Column(s.column, s.unit, s.scale, s.sign, s.offset)
         for key, s in case.signals.items()
@@ -94,23 +96,23 @@ def _one(loaded: LoadedCase, name: str) -> Recording:
     rules = Rules(
         period=t.period, start=None if entry.rows else 0.0, jitter=t.jitter, rates=_rates(case, columns)
     )
-    found = read(loaded.file(entry), time, columns, rules=rules, array=entry.array, rows=entry.rows)
+    table = read(loaded.file(entry), time, columns, rules=rules, array=entry.array, rows=entry.rows)
     signals: dict[str, Array] = {}
     for key in _ordered(case.signals):
-        signals[key] = _made(case.signals[key], found, signals, key)
-    return Recording(name, found.t, signals, found.period)
+        signals[key] = _made(case.signals[key], table, signals, key)
+    return Recording(name, table.t, signals, table.period)
 
 
 def _rates(case: Case, columns: Mapping[str, Column]) -> dict[str, str]:
     """Signals whose rate was recorded too: inputs of one FMU by names like q and der_q, s_act and v_act."""
-    found = {}
+    rates = {}
     for key, entry in case.inputs.items():
         fmu, name = SignalName(key).parts
         for rate in (f"der_{name}", "v_" + name.removeprefix("s_")):
             other = case.inputs.get(f"{fmu}.{rate}")
             if other is not None and {entry.signal, other.signal} <= set(columns):
-                found[entry.signal] = other.signal
-    return found
+                rates[entry.signal] = other.signal
+    return rates
 
 
 def _ordered(signals: Mapping[str, SignalEntry]) -> list[str]:
@@ -126,18 +128,18 @@ def _ordered(signals: Mapping[str, SignalEntry]) -> list[str]:
     return done
 
 
-def _made(entry: SignalEntry, found: Recording, made: Mapping[str, Array], name: str) -> Array:
-    values = np.gradient(made[entry.rate_of], found.period) if entry.rate_of else found[name]
+def _made(entry: SignalEntry, columns: Recording, made: Mapping[str, Array], name: str) -> Array:
+    values = np.gradient(made[entry.rate_of], columns.period) if entry.rate_of else columns[name]
     if entry.minus is not None:
         values = values - made[entry.minus]
     if entry.remove_mean:
         values = values - values.mean()
     if entry.lowpass is not None:
-        half = 0.5 / found.period
+        half = 0.5 / columns.period
         if entry.lowpass >= half:
             raise DataError(
                 f"signals.{name}.lowpass: got {entry.lowpass:g} Hz, expected less than {half:g} Hz, half the "
                 "sampling rate"
             )
-        values = filtfilt(*butter(ORDER, entry.lowpass, fs=1.0 / found.period), values)
+        values = filtfilt(*butter(ORDER, entry.lowpass, fs=1.0 / columns.period), values)
     return np.asarray(values, dtype=float)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -13,11 +13,13 @@ from master.errors import DataError
 from master.fmi.unit_names import unit
 from master.recording.tables import Table, read_table, shortened
 
-FEWEST_SAMPLES = 200
-JITTER = 0.05
-GAP = 1.5
-CLOCK_TOLERANCE = 1e-3
-CLOCK = "(time of the row)"
+FEWEST_SAMPLES = 200  # of a recording: below, no part of it says anything
+JITTER = 0.05  # of a step, by which it may differ from the usual one
+GAP = 1.5  # of the usual step: a longer one is a gap
+CLOCK_TOLERANCE = 1e-3  # of the sampling period, by which the mean step may differ
+LEAST_RATE = 0.5  # slope of a rate's integral over its signal: no two units differ by so little
+LARGEST_RATE = 2.0
+CLOCK = "(time of the row)"  # name of a column that is made where there is none
 
 
 @dataclass(frozen=True)
@@ -86,14 +88,15 @@ def read(
     Raises:
         DataError: With every fault, row and column.
     """
-    rules, where = rules or Rules(), f"{path}" if array is None else f"{path}[{array}]"
+    rules = rules or Rules()
+    where = f"{path}" if array is None else f"{path}[{array}]"
     table = _cut(read_table(path, array), rows, where)
     time = time or _clock(table, rules)
-    wanted = {"time": time, **columns}
-    problems = [*_missing(table, wanted, where), *_units(wanted, where), *_cells(table, wanted, where)]
+    sources = {"time": time, **columns}
+    problems = [*_missing(table, sources, where), *_units(sources, where), *_cells(table, sources, where)]
     if problems:
         raise DataError("\n".join(problems))
-    signals: dict[str, Array] = {n: _signal(table.columns[c.column], c) for n, c in wanted.items()}
+    signals: dict[str, Array] = {n: _signal(table.columns[c.column], c) for n, c in sources.items()}
     t = signals.pop("time")
     problems = [*_time_faults(t, rules, table, where), *_rate_faults(t, signals, rules, where)]
     if problems:
@@ -126,31 +129,31 @@ def _signal(values: Array, c: Column) -> Array:
     return np.asarray((scaled + named.offset if named.offset else scaled) - c.offset)
 
 
-def _missing(table: Table, wanted: Mapping[str, Column], where: str) -> list[str]:
+def _missing(table: Table, sources: Mapping[str, Column], where: str) -> list[str]:
     return [
         f"{where}: column for {name}: got {c.column!r}, expected one of {[*table.columns]}"
-        for name, c in wanted.items()
+        for name, c in sources.items()
         if c.column not in table.columns
     ]
 
 
-def _units(wanted: Mapping[str, Column], where: str) -> list[str]:
+def _units(sources: Mapping[str, Column], where: str) -> list[str]:
     problems = []
-    for name, c in wanted.items():
+    for name, c in sources.items():
         try:
-            found = unit(c.unit)
+            given = unit(c.unit)
         except ValueError as error:
             problems.append(f"{where}: column {c.column!r}: {error}")
             continue
-        if name == "time" and found.exponents != {"s": 1}:
+        if name == "time" and given.exponents != {"s": 1}:
             problems.append(f"{where}: column {c.column!r}: got the unit {c.unit!r}, expected a time")
         if c.sign not in (-1, 1):
             problems.append(f"{where}: column {c.column!r}: sign, got {c.sign!r}, expected 1 or -1")
     return problems
 
 
-def _cells(table: Table, wanted: Mapping[str, Column], where: str) -> list[str]:
-    names = [c.column for c in wanted.values() if c.column in table.columns]
+def _cells(table: Table, sources: Mapping[str, Column], where: str) -> list[str]:
+    names = [c.column for c in sources.values() if c.column in table.columns]
     lengths = {name: len(table.columns[name]) for name in names}
     problems = list(table.faults.get("", []))
     if len(set(lengths.values())) > 1:
@@ -161,11 +164,11 @@ def _cells(table: Table, wanted: Mapping[str, Column], where: str) -> list[str]:
             continue
         values = table.columns[column]
         bad = np.flatnonzero(~np.isfinite(values))
-        found = [
+        faults = [
             f"{where}: row {i + table.first_row}, column {column!r}: got {values[i]}, expected a number"
             for i in bad
         ]
-        problems += shortened(found, f"in column {column!r}")
+        problems += shortened(faults, f"in column {column!r}")
     return problems
 
 
@@ -194,12 +197,12 @@ def _step_faults(t: Array, steps: Array, rules: Rules, table: Table, where: str)
     is_jitter = (np.abs(steps - usual) > rules.jitter * usual) & ~is_gap & ~is_known
     problems: list[str] = []
     for chosen, what in ((is_gap, "gap"), (is_jitter, "jitter")):
-        found = [
+        faults = [
             f"{where}: row {i + 1 + table.first_row}: {what}, got a step of {steps[i]:.6g} s after "
             f"t={t[i]:.9g} s, expected {usual:.6g} s"
             for i in np.flatnonzero(chosen)
         ]
-        problems += shortened(found, f"rows with {what}")
+        problems += shortened(faults, f"rows with {what}")
     return problems
 
 
@@ -222,25 +225,21 @@ def _rate_faults(t: Array, signals: Mapping[str, Array], rules: Rules, where: st
     for name, rate in rules.rates.items():
         if name not in signals or rate not in signals or len(t) < rules.fewest:
             continue
-        way = signals[name] - signals[name][0]
+        displacement = signals[name] - signals[name][0]
         integral = np.concatenate(
             [[0.0], np.cumsum(0.5 * (signals[rate][1:] + signals[rate][:-1]) * np.diff(t))]
         )
-        scale = _slope(integral, way)
-        if not 0.5 < scale < 2.0:
+        scale = _slope(integral, displacement)
+        if not LEAST_RATE < scale < LARGEST_RATE:
             problems.append(
-                f"{where}: {rate} is not the rate of {name}: its integral is {scale:.3g} of the way, "
+                f"{where}: {rate} is not the rate of {name}: its integral is {scale:.3g} of its change, "
                 "expected about 1 (wrong unit, scale or sign?)"
             )
     return problems
 
 
 def _slope(values: Array, against: Array) -> float:
-    a, b = values - values.mean(), against - against.mean()
+    a = values - values.mean()
+    b = against - against.mean()
     power = float(b @ b)
     return float(a @ b) / power if power > 0.0 else 1.0
-
-
-def common(recordings: Sequence[Recording]) -> set[str]:
-    """Names of the signals that all recordings have."""
-    return set.intersection(*(set(r.signals) for r in recordings)) if recordings else set()

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass, field, replace
+from types import TracebackType
 
 import numpy as np
 
 from master.diagnosis.case.case import Case, LoadedCase
-from master.diagnosis.case.cut import CutSystem, Part
+from master.diagnosis.case.cut import CutSystem
 from master.diagnosis.case.split import (
     Split,
     Stretch,
@@ -19,13 +21,14 @@ from master.diagnosis.case.split import (
 )
 from master.diagnosis.data.measured_signals import opened
 from master.diagnosis.data.recordings import Recording
-from master.diagnosis.numerics.gains import ERRORS, gain, powers
-from master.diagnosis.numerics.least_squares import Mask
-from master.diagnosis.replay.candidate_models import Pool, candidates
-from master.diagnosis.replay.replay import Bench
+from master.diagnosis.numerics.arrays import Mask
+from master.diagnosis.numerics.gains import gain
+from master.diagnosis.replay.candidate_models import ModelPool, candidates
+from master.diagnosis.replay.replay_bench import ReplayBench
+from master.diagnosis.search.extended_model import ExtendedModel
 from master.diagnosis.search.rounds import search
 from master.diagnosis.search.simplify import with_rewritings
-from master.diagnosis.search.study import Extended, Progress, Study, base_parameters, start
+from master.diagnosis.search.study import Progress, base_parameters, begin
 from master.errors import ConfigError, DataError
 
 from .evidence import detect
@@ -34,38 +37,53 @@ from .part_result import PartResult
 from .plausible import implausible
 from .refit import refitted
 
-N_BLOCKS = 12
-MOVED = 3.0
+N_BLOCKS = 12  # that select
+MOVED = 3.0  # standard deviations: a parameter that differs from the system's value
+LEAST_DEVIATION = 1e-12  # of the scale, where a fit is exact
 
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """All parts of a case, before the sealed rows are read."""
+    """
+    All parts of a case, before the sealed rows are read.
+
+    Their FMUs stay loaded until it is closed; it is a context manager.
+    """
 
     loaded: LoadedCase
     system: CutSystem
     recordings: Mapping[str, Recording]
     parts: tuple[PartResult, ...]
     split: Split
+    open_models: ExitStack = field(repr=False)
+
+    def __enter__(self) -> Diagnosis:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
 
     @property
     def main(self) -> PartResult:
         """The part with the effect that explains most of its residual; the first where there is none."""
 
-        def share(p: PartResult) -> float:
-            rows = p.study.fit_rows
-            left = [
-                np.nanmean(((f.predicted - p.study.measured) / p.study.size)[rows] ** 2)
-                for f in (p.base, p.fit)
-            ]
-            return float(np.log(left[0] / left[1])) if p.has_effect else -1.0
+        def share(part: PartResult) -> float:
+            if not part.has_effect:
+                return -1.0
+            rows = part.study.fit_rows
+            base, own = (
+                np.nanmean(((f.predicted - part.measured) / part.study.output_scale)[rows] ** 2)
+                for f in (part.base, part.fit)
+            )
+            return float(np.log(base / own))
 
         return max(self.parts, key=share)
 
     def close(self) -> None:
         """Unload all FMUs."""
-        for part in self.parts:
-            part.study.pool.close()
+        self.open_models.close()
 
 
 def diagnose(loaded: LoadedCase, progress: Progress) -> Diagnosis:
@@ -76,36 +94,35 @@ def diagnose(loaded: LoadedCase, progress: Progress) -> Diagnosis:
         ConfigError: If the case, its system or its recordings are wrong.
     """
     system, recordings = opened(loaded, progress)
-    benches = {part.name: _bench(part, recordings, loaded.case) for part in system.parts}
-    some = next(iter(benches.values()))
-    split = _split(loaded, _lengths(some, recordings), some.row_period)
-    begun = [_begun(system, benches[part.name], split, loaded.case, progress) for part in system.parts]
-    problems = implausible(loaded, begun)
-    if problems:
-        for part in begun:
-            part.study.pool.close()
-        raise ConfigError(problems)
-    results = tuple(_searched(p, system, loaded.case) for p in begun)
-    return Diagnosis(loaded, system, recordings, results, split)
+    split = split_of(loaded, recordings)
+    with ExitStack() as stack:
+        begun = []
+        for part in system.parts:
+            pool = stack.enter_context(ModelPool(system, part))
+            begun.append(_begun(system, pool, recordings, split, loaded.case, progress))
+        problems = implausible(loaded, begun)
+        if problems:
+            raise ConfigError(problems)
+        results = tuple(_searched(part, system, loaded.case) for part in begun)
+        return Diagnosis(loaded, system, recordings, results, split, stack.pop_all())
 
 
-def _bench(part: Part, recordings: Mapping[str, Recording], case: Case) -> Bench:
-    """Rows of whole sealed recordings are not on the bench."""
-    open_ones = {n: r for n, r in recordings.items() if n not in case.split.sealed}
-    return Bench(part, open_ones, case)
+def split_of(loaded: LoadedCase, recordings: Mapping[str, Recording]) -> Split:
+    """
+    Split the compared rows of the recordings as a case says.
 
-
-def _lengths(bench: Bench, recordings: Mapping[str, Recording]) -> dict[str, int]:
-    options = bench.options
-    return {n: -(-(len(r) - 2 * options.cut) // options.decimate) for n, r in recordings.items()}
-
-
-def _split(loaded: LoadedCase, lengths: Mapping[str, int], period: float) -> Split:
+    Raises:
+        ConfigError: With every fault of the split.
+    """
     entry = loaded.case.split
+    cut = loaded.case.replay.cut
+    every = loaded.case.replay.decimate
+    lengths = {name: -(-(len(r) - 2 * cut) // every) for name, r in recordings.items()}
+    row_period = next(r for name, r in recordings.items() if name not in entry.sealed).period * every
     try:
         if entry.blocks is None:
             return by_recording(lengths, {"fit": entry.fit, "select": entry.select, "sealed": entry.sealed})
-        guard = round(entry.guard / period)
+        guard = round(entry.guard / row_period)
         if entry.sealed:
             return with_sealed_recordings(lengths, entry.blocks, guard, entry.sealed)
         return by_blocks(lengths, entry.blocks, guard)
@@ -113,33 +130,39 @@ def _split(loaded: LoadedCase, lengths: Mapping[str, int], period: float) -> Spl
         raise ConfigError(f"{loaded.where('split')}: {line}" for line in str(error).splitlines()) from None
 
 
-def _begun(system: CutSystem, bench: Bench, split: Split, case: Case, progress: Progress) -> PartResult:
-    """Replay and refit one part."""
-    part, pool = bench.part, Pool(system, bench.part)
+def _begun(
+    system: CutSystem,
+    pool: ModelPool,
+    recordings: Mapping[str, Recording],
+    split: Split,
+    case: Case,
+    progress: Progress,
+) -> PartResult:
+    """Replay and refit one part; recordings that are sealed as a whole are not looked at."""
+    part = pool.part
+    progress(f"{part.name}: replay and refit")
+    unsealed = {name: r for name, r in recordings.items() if name not in case.split.sealed}
+    bench = ReplayBench(part, unsealed, case, fitted={s.recording for s in split.fit})
     rows = bench.in_use & _rows(bench, split.fit)
     held_out = [_slice(bench, s) for s in blocks(split.select, N_BLOCKS)]
     held_out = [s for s in held_out if bench.in_use[s].all()]
-    study = Study(system, bench, pool, base_parameters(case, system, part.fmus), rows, held_out, progress)
-    progress(f"{part.name}: replay and refit")
-    bench.fitted = {s.recording for s in split.fit}
+    base = base_parameters(case, system, part.fmus)
+    study, fitted = begin(system, bench, pool, base, rows, held_out, progress)
     nominal = study.simulate((), {}, everything=True)
-    base = start(study)
-    empty = PartResult(study, nominal, base, Extended(), base)
-    return replace(empty, is_exact=study.is_exact(study.size))
+    return PartResult(study, nominal, fitted, ExtendedModel(), fitted, is_exact=study.is_exact)
 
 
 def _searched(begun: PartResult, system: CutSystem, case: Case) -> PartResult:
     """What one part lacks, if anything is left of it."""
     if begun.is_exact:
         return begun
-    study, base = begun.study, begun.base
-    study.look_into_slots(base)
-    wanted = candidates(system, study.bench.part, case.slots)
+    study = begun.study
+    effects = candidates(system, study.bench.part, case.slots)
     result = detect(begun)
-    if wanted:
-        slots = sorted({f"{a.fmu}.{a.slot}" for a in wanted})
-        found = with_rewritings(study, search(study, base, wanted), wanted)
-        result = named_or_learned(result, found, slots)
+    if effects:
+        places = sorted({e.place for e in effects})
+        named = with_rewritings(study, search(study, begun.base, effects), effects)
+        result = named_or_learned(result, named, places)
     elif result.ceiling is not None and result.ceiling.is_structure:
         result = replace(result, has_remainder=True)
     return refitted(_parameters(result))
@@ -147,20 +170,18 @@ def _searched(begun: PartResult, system: CutSystem, case: Case) -> PartResult:
 
 def _parameters(result: PartResult) -> PartResult:
     """Which parameters moved from their values, and whether that pays on held-out rows."""
-    study, fit = result.study, result.fit
+    study = result.study
+    fit = result.fit
     moved = {
         p.name: fit.values[p.name] - p.start
         for p in study.base
-        if abs(fit.values[p.name] - p.start) > MOVED * max(fit.deviations[p.name], 1e-12 * p.scale)
+        if abs(fit.values[p.name] - p.start) > MOVED * max(fit.deviations[p.name], LEAST_DEVIATION * p.scale)
     }
-    before = powers(result.nominal - study.measured, study.held_out, study.size)
-    own = powers(result.base.predicted - study.measured, study.held_out, study.size)
-    found = gain(result.base, before, own)
-    pays = found.mean > 0.01 and found.mean > ERRORS * found.error
+    pays = gain(result.base, study.powers(result.nominal), study.powers(result.base.predicted)).is_steady
     return replace(result, moved=moved, parameter_gain=bool(moved) and pays)
 
 
-def _rows(bench: Bench, stretches: tuple[Stretch, ...]) -> Mask:
+def _rows(bench: ReplayBench, stretches: Sequence[Stretch]) -> Mask:
     rows = np.zeros(len(bench.measured), dtype=bool)
     for s in stretches:
         if s.recording in bench.lengths:
@@ -168,6 +189,6 @@ def _rows(bench: Bench, stretches: tuple[Stretch, ...]) -> Mask:
     return rows
 
 
-def _slice(bench: Bench, s: Stretch) -> slice:
-    at = bench.begin(s.recording)
-    return slice(at + s.begin, at + min(s.end, bench.lengths[s.recording]))
+def _slice(bench: ReplayBench, s: Stretch) -> slice:
+    first = bench.begin(s.recording)
+    return slice(first + s.begin, first + min(s.end, bench.lengths[s.recording]))

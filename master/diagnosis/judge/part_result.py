@@ -5,35 +5,37 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from master.diagnosis.numerics.arrays import Array
+from master.diagnosis.numerics.arrays import Array, Mask
 from master.diagnosis.numerics.ceiling import Ceiling
 from master.diagnosis.numerics.drift import Drift
 from master.diagnosis.numerics.least_squares import Fit
 from master.diagnosis.numerics.whiteness import Correlation
-from master.diagnosis.search.rounds import Found
-from master.diagnosis.search.study import Extended, Study
-from master.diagnosis.unnamed_law.learn import Learned
+from master.diagnosis.search.extended_model import ExtendedModel
+from master.diagnosis.search.rounds import SearchResult
+from master.diagnosis.search.study import Study
+from master.diagnosis.unnamed_law.learn import LearnedLaw
 
 
 @dataclass(frozen=True)
 class PartResult:
     """
-    One part: its base, what was found, and what is left.
+    One part: its base, the search for what it lacks, and what is left.
 
-    `chosen` and `fit` are the model with effects, also where they are not named; `is_named` says whether
-    the effects carry their names. `is_exact`: the replay gives the measurement but for rounding.
+    `nominal` is the prediction with the values of the system, shape (rows, outputs). `chosen` and `fit` are
+    the model with effects, also where they are not named; `is_named` says whether the effects carry their
+    names. `is_exact`: the replay gives the measurement but for rounding.
     """
 
     study: Study
     nominal: Array
     base: Fit
-    chosen: Extended
+    chosen: ExtendedModel
     fit: Fit
     is_exact: bool = False
     is_named: bool = True
     has_remainder: bool = False
-    found: Found | None = None
-    learned: Learned | None = None
+    search: SearchResult | None = None
+    learned: LearnedLaw | None = None
     ceiling: Ceiling | None = None
     ceiling_after: Ceiling | None = None
     correlations: tuple[Correlation, ...] = ()
@@ -43,16 +45,46 @@ class PartResult:
     parameter_gain: bool = False
 
     @property
+    def name(self) -> str:
+        """Name of the part."""
+        return self.study.name
+
+    @property
+    def outputs(self) -> list[str]:
+        """Compared outputs, as `instance.variable`."""
+        return self.study.bench.outputs
+
+    @property
+    def measured(self) -> Array:
+        """What was measured of them, shape (rows, outputs)."""
+        return self.study.measured
+
+    @property
+    def in_use(self) -> Mask:
+        """Rows that are compared: the replay has settled, shape (rows,)."""
+        return self.study.bench.in_use
+
+    @property
+    def row_period(self) -> float:
+        """Time between compared rows [s]."""
+        return self.study.bench.row_period
+
+    @property
     def fmus(self) -> list[str]:
         """FMUs that the effects are in, the first effect's first."""
-        return list(dict.fromkeys(a.fmu for a in self.chosen.added))
+        return list(dict.fromkeys(e.fmu for e in self.chosen.effects))
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Values of the model with effects by `fmu.variable`: what is fixed, and what was fitted."""
+        return dict(self.chosen.fixed) | dict(self.fit.values)
 
     @property
     def has_effect(self) -> bool:
         """Whether an effect is claimed, with a name or without."""
-        return bool(self.chosen.added)
+        return bool(self.chosen.effects)
 
     @property
     def families(self) -> list[tuple[str, ...]]:
-        """Effects that cannot be told apart."""
-        return self.found.families if self.found is not None and self.is_named else []
+        """Effects that are indistinguishable."""
+        return self.search.families if self.search is not None and self.is_named else []

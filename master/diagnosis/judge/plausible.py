@@ -7,14 +7,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from master.diagnosis.case.case import LoadedCase
-from master.diagnosis.numerics.arrays import Array
+from master.diagnosis.numerics.likeness import size_against, slope_of_small
 
 from .part_result import PartResult
 
-ALIKE = 0.9  # correlation
 MOST = 8.0  # below what confuses g with m/s2, mm with m, degrees with radians
-EXPLAINED = 0.5  # of the rms, by the refit
-SMALL, FEWEST = 0.5, 20  # of the largest value; rows
+EXPLAINED = 0.5  # of the deviation of what was measured: rms that a good refit stays below
 
 
 def implausible(loaded: LoadedCase, parts: Sequence[PartResult]) -> list[str]:
@@ -23,12 +21,12 @@ def implausible(loaded: LoadedCase, parts: Sequence[PartResult]) -> list[str]:
 
 
 def _faults(loaded: LoadedCase, part: PartResult) -> list[str]:
-    bench, rows = part.study.bench, part.study.fit_rows
+    rows = part.study.fit_rows
     problems = []
-    for i, output in enumerate(bench.outputs):
-        measured, nominal, refitted = (
-            values[rows, i] for values in (part.study.measured, part.nominal, part.base.predicted)
-        )
+    for i, output in enumerate(part.outputs):
+        measured = part.measured[rows, i]
+        nominal = part.nominal[rows, i]
+        refitted = part.base.predicted[rows, i]
         ratio = size_against(measured, nominal)
         is_other = _is_other(ratio) and _is_other(slope_of_small(measured, nominal))
         is_explained = np.sqrt(np.mean((refitted - measured) ** 2)) < EXPLAINED * measured.std()
@@ -46,20 +44,3 @@ def _faults(loaded: LoadedCase, part: PartResult) -> list[str]:
 
 def _is_other(ratio: float) -> bool:
     return not 1.0 / MOST < ratio < MOST
-
-
-def slope_of_small(measured: Array, model: Array) -> float:
-    """Slope over the model where the signal (n,) is small: about 1 for one that is cut off at its largest."""
-    a, b = measured - measured.mean(), model - model.mean()
-    rows = np.abs(a) < SMALL * np.abs(a).max()
-    a, b = a[rows], b[rows]
-    return float(a @ b / (b @ b)) if len(b) >= FEWEST and np.any(b) else 0.0
-
-
-def size_against(measured: Array, model: Array) -> float:
-    """Size of a signal (n,) over the model's, negative if it goes the other way; 1 if they are not alike."""
-    a, b = measured - measured.mean(), model - model.mean()
-    if not np.isfinite(b).all() or not np.any(a) or not np.any(b):
-        return 1.0
-    alike = float(a @ b / np.sqrt((a @ a) * (b @ b)))
-    return float(np.sign(alike) * a.std() / b.std()) if abs(alike) > ALIKE else 1.0

@@ -6,28 +6,28 @@ from dataclasses import replace
 
 import numpy as np
 
-from master.diagnosis.numerics.least_squares import Fit, Mask
-from master.diagnosis.search.study import Extended, Study
+from master.diagnosis.numerics.arrays import Mask
+from master.diagnosis.numerics.least_squares import Fit
+from master.diagnosis.search.extended_model import ExtendedModel
+from master.diagnosis.search.study import OF_ANSWER, Study
 from master.diagnosis.unnamed_law.learn import relearned
 
 from .part_result import PartResult
-
-EVALUATIONS, TOLERANCE = 20, 1e-9
 
 
 def refitted(result: PartResult) -> PartResult:
     """
     Fit base and chosen effects on all open rows of the recordings that are fitted on.
 
-    The blocks to select by have done their service then. Gains and tests are those of before, where they
+    The blocks to select by are no longer needed for that. Gains and tests are those of before, where they
     were held out; sealed rows stay sealed, and so do recordings that only select: they differ on purpose.
     """
     study = replace(result.study, fit_rows=open_rows(result.study))
     if result.is_exact or np.array_equal(study.fit_rows, result.study.fit_rows):
         return result
-    study.progress(f"{study.bench.part.name}: last fit")
-    base = _again(study, Extended(), result.base)
-    if result.learned is not None and result.learned.extended == result.chosen:
+    study.say("last fit")
+    base = _again(study, ExtendedModel(), result.base)
+    if result.learned is not None and result.learned.model == result.chosen:
         fit = relearned(study, result.learned, result.fit)
     else:
         fit = _again(study, result.chosen, result.fit) if result.has_effect else base
@@ -35,8 +35,9 @@ def refitted(result: PartResult) -> PartResult:
 
 
 def open_rows(study: Study) -> Mask:
-    """Rows to fit on, and those to select by in the same recordings; Boolean, shape (rows,)."""
-    bench, rows = study.bench, study.fit_rows.copy()
+    """Rows to fit on, and those to select by in the same recordings; shape (rows,)."""
+    bench = study.bench
+    rows = study.fit_rows.copy()
     for block in study.held_out:
         rows[block] = True
     for recording, length in bench.lengths.items():
@@ -46,5 +47,5 @@ def open_rows(study: Study) -> Mask:
     return rows
 
 
-def _again(study: Study, extended: Extended, found: Fit) -> Fit:
-    return study.fitted(extended, [found.values], EVALUATIONS, TOLERANCE)
+def _again(study: Study, model: ExtendedModel, before: Fit) -> Fit:
+    return study.fitted(model, [before.values], OF_ANSWER)

@@ -1,4 +1,4 @@
-"""The array type of the numerics."""
+"""The array types of the diagnosis; a docstring or an annotation says which shape one has."""
 
 from __future__ import annotations
 
@@ -6,3 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+Integers = NDArray[np.int64]
+Mask = NDArray[np.bool_]
+
+TINY = 1e-300  # in place of a zero that is divided by

@@ -14,16 +14,26 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
-from master.diagnosis.numerics.arrays import Array
+from .arrays import Array, Integers
+from .gains import ERRORS, SMALLEST_GAIN
 
-N_FEATURES, MOST_ROWS = 200, 3000
-LENGTH_SCALES = (0.7, 2.0, 6.0)
+N_FEATURES = 200  # random Fourier features
+MOST_ROWS = 3000  # rows that a regression uses
+LENGTH_SCALES = (0.7, 2.0, 6.0)  # of the features, in deviations of the signals
 RIDGES = (1e-3, 1e-1, 10.0, 1e3, 1e5)
-N_INNER = 4
-GUARD = 200
+N_INNER = 4  # blocks that choose length scale and ridge
+GUARD = 200  # rows between what is fitted on and what is predicted
+
+
+class Smoothness(NamedTuple):
+    """Length scale of the features and ridge of the regression."""
+
+    length_scale: float
+    ridge: float
 
 
 @dataclass(frozen=True)
@@ -41,15 +51,15 @@ class Ceiling:
 
     @property
     def is_structure(self) -> bool:
-        """Whether more than 1 % and more than two standard errors are explained."""
-        return self.share > 0.01 and self.share > 2.0 * self.error
+        """Whether more than the smallest gain, and more than its error, is explained."""
+        return self.share > SMALLEST_GAIN and self.share > ERRORS * self.error
 
 
 def history(signals: Mapping[str, Array], lags: Sequence[int]) -> Array:
     """
-    Signals and their pasts side by side, standardised, shape (n, signals * (1 + lags)).
+    Signals and their pasts in columns, standardised, shape (n, signals * (1 + lags)).
 
-    Before the start stands the first value.
+    Before the start a signal has its first value.
     """
     columns = []
     for values in signals.values():
@@ -83,10 +93,12 @@ def ceiling(
     maps = {s: _map(features, directions / s, phases) for s in LENGTH_SCALES}
     explained = np.full(len(residual), np.nan)
     for i, block in enumerate(blocks):
-        scale, ridge = _chosen(residual, maps, [b for j, b in enumerate(blocks) if j != i], guard, block)
+        others = [b for j, b in enumerate(blocks) if j != i]
+        chosen = _chosen(residual, maps, others, guard, block)
+        columns = maps[chosen.length_scale]
         rows = _rows(len(residual), [block], guard)
-        weights = _weights(maps[scale][rows], residual[rows], [ridge])[0]
-        explained[block] = maps[scale][block] @ weights
+        weights = _weights(columns[rows], residual[rows], [chosen.ridge])[0]
+        explained[block] = columns[block] @ weights
     return _pooled(residual, explained, blocks)
 
 
@@ -94,7 +106,8 @@ def _pooled(residual: Array, explained: Array, blocks: Sequence[slice]) -> Ceili
     """Share of the whole power, and its jackknife error over the blocks."""
     power = np.array([float(np.sum(residual[b] ** 2)) for b in blocks])
     left = np.array([float(np.sum((residual[b] - explained[b]) ** 2)) for b in blocks])
-    n, share = len(blocks), 1.0 - float(left.sum() / power.sum())
+    n = len(blocks)
+    share = 1.0 - float(left.sum() / power.sum())
     if n < 2:
         return Ceiling(share, np.inf, 1.0 - left / power, explained)
     without = 1.0 - (left.sum() - left) / (power.sum() - power)
@@ -104,21 +117,23 @@ def _pooled(residual: Array, explained: Array, blocks: Sequence[slice]) -> Ceili
 
 def _chosen(
     residual: Array, maps: Mapping[float, Array], others: Sequence[slice], guard: int, block: slice
-) -> tuple[float, float]:
+) -> Smoothness:
     """Length scale and ridge that predict some of the other blocks best, from the rest."""
     inner = others[:: max(1, len(others) // N_INNER)][:N_INNER]
     rows = _rows(len(residual), [block, *inner], guard)
-    best, chosen = np.inf, (LENGTH_SCALES[-1], RIDGES[-1])
-    for scale, features in maps.items():
-        found = _weights(features[rows], residual[rows], RIDGES)
-        for ridge, weights in zip(RIDGES, found, strict=True):
+    least = np.inf
+    chosen = Smoothness(LENGTH_SCALES[-1], RIDGES[-1])
+    for length_scale, features in maps.items():
+        solutions = _weights(features[rows], residual[rows], RIDGES)
+        for ridge, weights in zip(RIDGES, solutions, strict=True):
             power = sum(float(np.sum((residual[b] - features[b] @ weights) ** 2)) for b in inner)
-            if power < best:
-                best, chosen = power, (scale, ridge)
+            if power < least:
+                least = power
+                chosen = Smoothness(length_scale, ridge)
     return chosen
 
 
-def _rows(n: int, left_out: Sequence[slice], guard: int) -> Array:
+def _rows(n: int, left_out: Sequence[slice], guard: int) -> Integers:
     """Rows to fit on, thinned evenly where there are more than needed."""
     in_use = np.ones(n, dtype=bool)
     for block in left_out:
@@ -128,8 +143,8 @@ def _rows(n: int, left_out: Sequence[slice], guard: int) -> Array:
 
 
 def _map(features: Array, directions: Array, phases: Array) -> Array:
-    smooth = np.cos(features @ directions * np.sqrt(features.shape[1]) + phases)
-    return np.column_stack([smooth * np.sqrt(2.0 / len(phases)), features, np.ones(len(features))])
+    waves = np.cos(features @ directions * np.sqrt(features.shape[1]) + phases)
+    return np.column_stack([waves * np.sqrt(2.0 / len(phases)), features, np.ones(len(features))])
 
 
 def _weights(features: Array, residual: Array, ridges: Sequence[float]) -> list[Array]:

@@ -2,7 +2,7 @@
 Parameter or effect: does a refitted parameter stay where it is, along amplitude, temperature or time?
 
 A parameter that is fitted alone on each of several groups of rows, and whose values differ by more than
-their own uncertainty explains, is not a wrong number but a missing law. The slope along the group's
+their own uncertainty explains, is not a wrong number but a sign of a missing law. The slope along the group's
 covariate names the kind: stiffness that grows with amplitude is hardening, one that falls with time is
 warming.
 
@@ -13,13 +13,21 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy import stats
 
-from master.diagnosis.numerics.arrays import Array
+from .arrays import Array
 
-ALPHA = 0.01
+ALPHA = 0.01  # chance of such differences below which a parameter is not one number
+
+
+class Trend(NamedTuple):
+    """Slope of a parameter along a covariate and its standard deviation."""
+
+    slope: float
+    deviation: float
 
 
 @dataclass(frozen=True)
@@ -60,17 +68,17 @@ def drift(parameter: str, values: Array, deviations: Array, covariates: Mapping[
     q = float(np.sum(weights * (values - mean) ** 2))
     p_equal = float(stats.chi2.sf(q, len(values) - 1))
     trends = {name: _trend(values, weights, c) for name, c in covariates.items()}
-    along = max(trends, key=lambda name: abs(trends[name][0] / trends[name][1]), default=None)
+    along = max(trends, key=lambda name: abs(trends[name].slope / trends[name].deviation), default=None)
     if along is None or p_equal >= ALPHA:
         return Drift(parameter, values, p_equal, None, 0.0, 0.0)
-    return Drift(parameter, values, p_equal, along, *trends[along])
+    return Drift(parameter, values, p_equal, along, trends[along].slope, trends[along].deviation)
 
 
-def _trend(values: Array, weights: Array, covariate: Array) -> tuple[float, float]:
-    """Weighted slope and its standard deviation."""
+def _trend(values: Array, weights: Array, covariate: Array) -> Trend:
+    """Weighted slope along a covariate, both shape (groups,)."""
     centre = np.sum(weights * covariate) / np.sum(weights)
     spread = float(np.sum(weights * (covariate - centre) ** 2))
     if spread <= 0.0:
-        return 0.0, 1.0
+        return Trend(0.0, 1.0)
     slope = float(np.sum(weights * (covariate - centre) * values) / spread)
-    return slope, float(1.0 / np.sqrt(spread))
+    return Trend(slope, float(1.0 / np.sqrt(spread)))

@@ -18,12 +18,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy import stats
 
-from master.diagnosis.numerics.arrays import Array
-
+from .arrays import TINY, Array
 from .least_squares import Fit, bounded
 
-SMALLEST_GAIN, ERRORS = 0.01, 2.0
+SMALLEST_GAIN = 0.01  # mean gain below which nothing is worth a name
+ERRORS = 2.0  # standard errors that a gain must exceed
+ALPHA = 0.05  # chance of one false effect among all that were tried
 
 
 @dataclass(frozen=True)
@@ -31,7 +33,8 @@ class Gain:
     """
     Gain of a fit over the base, mean and standard error over the blocks.
 
-    `share` is what it takes away of the whole held-out residual power, `z` that over what chance would.
+    `by_block` has shape (blocks,). `share` is what the fit takes away of the whole held-out residual power,
+    `z` that over what chance would.
     """
 
     fit: Fit
@@ -46,14 +49,19 @@ class Gain:
         """Whether the gain is worth it and not by chance."""
         return self.mean > SMALLEST_GAIN and self.z > ERRORS
 
+    @property
+    def is_steady(self) -> bool:
+        """Whether the gain is worth it and about alike in all blocks."""
+        return self.mean > SMALLEST_GAIN and self.mean > ERRORS * self.error
 
-def powers(residual: Array, blocks: Sequence[slice], size: Array) -> Array:
-    """Mean square of a residual (n, outputs) over its size in each block."""
-    kept = [bounded(residual[block] / size) for block in blocks]
+
+def powers(residual: Array, blocks: Sequence[slice], output_scale: Array) -> Array:
+    """Mean square of a residual (n, outputs) over the scale (outputs,) in each block, shape (blocks,)."""
+    kept = [bounded(residual[block] / output_scale) for block in blocks]
     return np.array([float(np.mean(values**2)) for values in kept])
 
 
-def over(before: Fit, after: Fit, measured: Array, blocks: Sequence[slice], size: Array) -> Gain:
+def gain_over(before: Fit, after: Fit, measured: Array, blocks: Sequence[slice], output_scale: Array) -> Gain:
     """
     Gain of one fit over another on held-out blocks.
 
@@ -62,15 +70,18 @@ def over(before: Fit, after: Fit, measured: Array, blocks: Sequence[slice], size
         after: The candidate.
         measured: Shape (n, outputs).
         blocks: Held-out rows.
-        size: Scale of each output.
+        output_scale: Scale of each output, shape (outputs,).
     """
-    base, own = (powers(f.predicted - measured, blocks, size) for f in (before, after))
-    taken, chance = [], []
+    base = powers(before.predicted - measured, blocks, output_scale)
+    own = powers(after.predicted - measured, blocks, output_scale)
+    taken = []
+    chance = []
     for block in blocks:
-        e_0, e_1 = (bounded((f.predicted - measured)[block] / size) for f in (before, after))
+        e_0 = bounded((before.predicted - measured)[block] / output_scale)
+        e_1 = bounded((after.predicted - measured)[block] / output_scale)
         taken.append(float(np.sum(e_0**2) - np.sum(e_1**2)))
         chance.append(2.0 * float(np.sum((e_0 - e_1) * e_1)))
-    z = sum(taken) / max(float(np.sqrt(np.sum(np.square(chance)))), 1e-300)
+    z = sum(taken) / max(float(np.sqrt(np.sum(np.square(chance)))), TINY)
     return replace(gain(after, base, own), z=z)
 
 
@@ -79,13 +90,38 @@ def gain(candidate: Fit, base: Array, own: Array) -> Gain:
     Compare powers of residuals in the same held-out blocks.
 
     Args:
-        candidate: The fit that gives the powers `own`.
+        candidate: The fit that leaves the powers `own`.
         base: Power of the base's residual in each block, shape (blocks,).
-        own: Power of the candidate's. `z` is the mean over its standard error, see `over`.
+        own: Power of the candidate's. `z` is the mean over its standard error, see `gain_over`.
     """
     by_block = np.log(base / own)
-    error = float(by_block.std(ddof=1) / np.sqrt(len(by_block))) if len(by_block) > 1 else np.inf
     mean = float(by_block.mean())
+    error = float(by_block.std(ddof=1) / np.sqrt(len(by_block))) if len(by_block) > 1 else np.inf
     return Gain(
-        candidate, mean, error, by_block, 1.0 - float(own.sum() / base.sum()), mean / max(error, 1e-300)
+        fit=candidate,
+        mean=mean,
+        error=error,
+        by_block=by_block,
+        share=1.0 - float(own.sum() / base.sum()),
+        z=mean / max(error, TINY),
     )
+
+
+def is_accepted(gain: Gain, n_tried: int, *, is_first: bool = True) -> bool:
+    """
+    Whether a gain is worth it and not the luckiest of many tries (t-test, Bonferroni over the tries).
+
+    The first effect competes with chance. Later ones, and what is added to names, also compete with the
+    faults of the models before them: all blocks have to gain about alike.
+    """
+    n = len(gain.by_block)
+    z = gain.z if is_first else gain.mean / max(gain.error, TINY)
+    is_clear = z > ERRORS and bool(stats.t.sf(z, n - 1) * n_tried < ALPHA)
+    return gain.mean > SMALLEST_GAIN and is_clear
+
+
+def is_worse(one: Gain, best: Gain) -> bool:
+    """Whether a gain is smaller block by block, by more than the smallest gain and chance."""
+    difference = best.by_block - one.by_block
+    error = difference.std(ddof=1) / np.sqrt(len(difference))
+    return bool(difference.mean() > max(SMALLEST_GAIN, ERRORS * error))

@@ -1,7 +1,8 @@
 """
-Periods of a force that repeats along the way: the spectrum of a residual over the position.
+Periods of a force that repeats with the position: the spectrum of a residual over the position.
 
-No other start is near enough for a fit: all repetitions along the way have to be right to a fraction of one.
+No other start is near enough for a fit: all repetitions over the displacement have to be right to a fraction
+of one.
 """
 
 from __future__ import annotations
@@ -10,9 +11,10 @@ from collections.abc import Callable
 
 import numpy as np
 
-from master.diagnosis.numerics.arrays import Array
+from .arrays import Array
 
-MOST_CYCLES, A_CYCLE = 60, 2  # along the way; trials for each
+MOST_CYCLES = 60  # over the whole displacement
+TRIALS_PER_CYCLE = 2
 
 
 def likely_periods(position: Array, gain: Callable[[Array], float], n: int) -> list[float]:
@@ -25,20 +27,20 @@ def likely_periods(position: Array, gain: Callable[[Array], float], n: int) -> l
         n: Number of suggestions.
 
     Returns:
-        Periods from the length of the way to a sixtieth of it, in the unit of the position.
+        Periods from the whole displacement to a sixtieth of it, in the unit of the position.
     """
-    way = float(np.ptp(position))
-    if way == 0.0:
+    displacement = float(np.ptp(position))
+    if displacement == 0.0:
         return []
-    cycles = np.arange(A_CYCLE, A_CYCLE * MOST_CYCLES + 1) / A_CYCLE
-    gains = np.array([gain(waves(position, way / c)) for c in cycles])
+    cycles = np.arange(TRIALS_PER_CYCLE, TRIALS_PER_CYCLE * MOST_CYCLES + 1) / TRIALS_PER_CYCLE
+    gains = np.array([gain(waves(position, displacement / c)) for c in cycles])
     around = np.concatenate([[-np.inf], gains, [-np.inf]])
     peaks = np.flatnonzero((gains >= around[:-2]) & (gains >= around[2:]))
     best = peaks[np.argsort(-gains[peaks], kind="stable")][:n]
-    return [way / float(cycles[i]) for i in best]
+    return [displacement / float(cycles[i]) for i in best]
 
 
 def waves(position: Array, period: float) -> Array:
-    """Sine and cosine along the way, shape (samples, 2)."""
+    """Sine and cosine over the position, shape (samples, 2)."""
     angle = 2.0 * np.pi * position / period
     return np.column_stack([np.sin(angle), np.cos(angle)])

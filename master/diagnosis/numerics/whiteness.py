@@ -1,5 +1,5 @@
 """
-Tests on a residual: is there anything left that hangs on the signals?
+Tests on a residual: is there anything left that depends on the signals?
 
 Whiteness (Ljung-Box) is reported and decides nothing: the residual of an output-error fit is coloured
 without any missing effect. What decides is the cross-correlation of the whitened residual with signals that
@@ -14,14 +14,26 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy import signal, stats
 from scipy.linalg import solve_toeplitz
 
-from master.diagnosis.numerics.arrays import Array
+from .arrays import Array
 
-ORDER, LAGS, ALPHA = 20, 25, 0.01
+ORDER = 20  # of the whitening filter
+LAGS = 25  # samples
+ALPHA = 0.01  # family-wise error
+SMALL_CORRELATION = 0.05  # autocorrelation that no longer counts
+BLOCKS_PER_CORRELATION = 10  # length of a bootstrap's block over the correlation's
+
+
+class Interval(NamedTuple):
+    """Lower and upper end of a confidence interval."""
+
+    low: float
+    high: float
 
 
 @dataclass(frozen=True)
@@ -65,7 +77,7 @@ def cross_correlations(
 
     Args:
         residual: Shape (n,).
-        bases: What it may hang on, for example x^2, abs(v) v; shape (n,) each.
+        bases: What it may depend on, for example x^2, abs(v) v; shape (n,) each.
         linear: Signals whose linear share, at lag 0 and 1, is taken out of the bases first.
         lags: Largest lag in samples.
         alpha: Family-wise error over all bases and lags.
@@ -73,16 +85,16 @@ def cross_correlations(
     a = whitening(residual)
     e = _standard(filtered(residual, a))
     taken = [filtered(v, a) for v in (linear or {}).values()]
-    found = []
+    strengths: list[tuple[str, int, float]] = []
     for name, values in bases.items():
         x = _standard(_without(filtered(values, a), taken))
         n = len(e)
         r = np.array([e[lag:] @ x[: n - lag] for lag in range(lags + 1)]) / n
-        found += [(name, lag, float(value)) for lag, value in enumerate(r)]
-    p = 2.0 * stats.norm.sf(np.abs([value for *_, value in found]) * np.sqrt(len(e)))
+        strengths += [(name, lag, float(value)) for lag, value in enumerate(r)]
+    p = 2.0 * stats.norm.sf(np.abs([value for *_, value in strengths]) * np.sqrt(len(e)))
     corrected = holm(np.asarray(p))
     best: dict[str, Correlation] = {}
-    for (name, lag, value), p_value in zip(found, corrected, strict=True):
+    for (name, lag, value), p_value in zip(strengths, corrected, strict=True):
         if name not in best or abs(value) > abs(best[name].value):
             best[name] = Correlation(name, lag, value, float(p_value), bool(p_value < alpha))
     return sorted(best.values(), key=lambda c: -abs(c.value))
@@ -98,14 +110,10 @@ def holm(p: Array) -> Array:
     return corrected
 
 
-def bonferroni(p: Array) -> Array:
-    """Correct p-values by their number."""
-    return np.asarray(np.minimum(p * len(p), 1.0))
-
-
 def ljung_box(residual: Array, lags: int = LAGS) -> float:
-    """Give the p-value of whiteness over lags 1..lags; a report, not a decision."""
-    e, n = _standard(residual), len(residual)
+    """Return the p-value of whiteness over lags 1..lags; a report, not a decision."""
+    e = _standard(residual)
+    n = len(residual)
     r = np.array([e[lag:] @ e[: n - lag] for lag in range(1, lags + 1)]) / n
     q = n * (n + 2) * float(np.sum(r * r / (n - np.arange(1, lags + 1))))
     return float(stats.chi2.sf(q, lags))
@@ -118,7 +126,7 @@ def block_bootstrap(
     n_draws: int = 1000,
     seed: int = 1,
     level: float = 0.95,
-) -> tuple[float, float]:
+) -> Interval:
     """
     Interval of a statistic of dependent samples.
 
@@ -130,23 +138,40 @@ def block_bootstrap(
         seed: Of the draws.
         level: Coverage.
     """
-    n, rng = len(series[0]), np.random.default_rng(seed)
-    count, block = -(-n // min(block, n)), min(block, n)
+    n = len(series[0])
+    rng = np.random.default_rng(seed)
+    block = min(block, n)
+    count = -(-n // block)
     values = []
     for _ in range(n_draws):
         starts = rng.integers(0, n, count)
         rows = ((starts[:, None] + np.arange(block)) % n).ravel()[:n]
         values.append(statistic(*(s[rows] for s in series)))
     low, high = np.quantile(values, [(1.0 - level) / 2.0, (1.0 + level) / 2.0])
-    return float(low), float(high)
+    return Interval(float(low), float(high))
 
 
 def correlation_length(values: Array, fewest: int = 10) -> int:
     """Ten times the first lag at which the autocorrelation is below 1/e [samples]: a length for blocks."""
-    e, n = _standard(values), len(values)
+    e = _standard(values)
+    n = len(values)
     r = np.fft.irfft(np.abs(np.fft.rfft(e, 2 * n)) ** 2)[:n] / n
     below = np.flatnonzero(r < np.exp(-1.0))
-    return int(max(fewest, 10 * below[0])) if len(below) else n
+    return int(max(fewest, BLOCKS_PER_CORRELATION * below[0])) if len(below) else n
+
+
+def variance_inflation(residual: Array, longest: int = 200) -> float:
+    """Variance of the mean of a coloured residual (n,) over that of a white one; lags up to `longest`."""
+    e = residual - residual.mean()
+    n = len(e)
+    power = float(e @ e) or 1.0
+    total = 1.0
+    for lag in range(1, min(longest, n // 4)):
+        r = float(e[lag:] @ e[: n - lag]) / power
+        if r < SMALL_CORRELATION:
+            break
+        total += 2.0 * r
+    return total
 
 
 def _without(x: Array, taken: list[Array]) -> Array:

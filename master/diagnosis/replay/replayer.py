@@ -26,6 +26,7 @@ from master.stepping.machine.compiled import compiled
 from master.stepping.machine.interpreter import Execution, LimitMonitor, Stop, finite_only
 from master.stepping.simulate import FATAL, SlaveFactory, load
 from master.system.graph import Instance, Port, System, Wire
+from master.text.signal_name import SignalName
 
 
 @dataclass(frozen=True)
@@ -137,12 +138,12 @@ class Player:
         try:
             for link in self.chain:
                 self._slaves[link.name] = self._factory(link.name, link.description)
-        except FmuError:
+            self._program = build_program(
+                self._system, self._schedule, self._slaves, measured=self._measured, read=self._read
+            )
+        except BaseException:  # Ctrl-C too: nobody else could unload them
             self.close()
             raise
-        self._program = build_program(
-            self._system, self._schedule, self._slaves, measured=self._measured, read=self._read
-        )
         places = np.array([self._program.place[name] for name in self.names], dtype=np.int64)
         self._monitor: LimitMonitor = finite_only(places)._replace(used=np.zeros(len(places), dtype=np.int64))
         self._is_fresh = True
@@ -174,7 +175,7 @@ class Player:
             row = 1 + int(self._monitor.first_beyond[signal]) // every
             name = self.names[signal]
             message = f"{name} is not a number or infinite"
-            self.failure = ReplayFailure(name.partition(".")[0], _NOT_FINITE, message, row)
+            self.failure = ReplayFailure(SignalName(name).instance, _NOT_FINITE, message, row)
 
     def _fail(self, error: FmuError, row: int) -> None:
         self.failure = ReplayFailure(error.instance, error.status, str(error), row)
@@ -191,15 +192,16 @@ def _wires(chain: Sequence[Link], link: Link) -> list[Wire]:
     ports: dict[str, Port] = {}
     for other in chain:
         ports |= {f"{other.name}.{name}": Port(other.name, _number(other, name)) for name in other.read}
-    found = []
+    wires = []
     for name, signal in link.wired.items():
-        source, target = ports[signal], Port(link.name, _number(link, name))
+        source = ports[signal]
+        target = Port(link.name, _number(link, name))
         converted = conversion(source.variable.unit, target.variable.unit)
         if converted is None:
             units = f"{source.variable.unit_name} -> {target.variable.unit_name}"
             raise ConfigError([f"{target.name}: units differ, got {units}, expected the same quantity"])
-        found.append(Wire(source, target, 0, converted))
-    return found
+        wires.append(Wire(source, target, 0, converted))
+    return wires
 
 
 def _number(link: Link, name: str) -> Variable:

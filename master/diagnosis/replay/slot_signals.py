@@ -1,4 +1,4 @@
-"""What stands in the slots of a part, and their signals, over a replay."""
+"""What is in the slots of a part, and their signals, over a replay."""
 
 from __future__ import annotations
 
@@ -18,15 +18,23 @@ from master.diagnosis.case.cut import CutSystem, Values
 from master.diagnosis.numerics.arrays import Array
 from master.text.signal_name import SignalName
 
-from .replay import Bench
+from .replay_bench import ReplayBench
 from .replayer import Player
 
 Signals = dict[str, dict[str, Array]]
+"""Slot `fmu.slot` to role (value, position, velocity, load) to a signal, shape (samples,)."""
+
+Calls = dict[str, dict[str, Any]]
+"""Slot to what an equation hands to it: `value`, and its signals by their own names; arrays or numbers."""
 
 
 def slot_signals(
-    system: CutSystem, bench: Bench, player: Player, values: Values, only: Sequence[str] | None = None
-) -> dict[str, dict[str, Array]]:
+    system: CutSystem,
+    bench: ReplayBench,
+    player: Player,
+    values: Values,
+    only: Sequence[str] | None = None,
+) -> Signals:
     """
     Evaluate the slots of the models of a part along a replay, whatever effects the player has in them.
 
@@ -36,41 +44,29 @@ def slot_signals(
         player: Its FMUs.
         values: Their parameters.
         only: FMUs to look into; all of the part if None.
-
-    Returns:
-        `fmu.slot` to role (value, position, velocity, load) to a signal over all samples.
     """
     replayed = bench.record(player, values)
-    found: dict[str, dict[str, Array]] = {}
+    signals: Signals = {}
     for fmu in bench.part.fmus if only is None else only:
         model = system.model(fmu)
         if model is None:  # a foreign file has no slots, but what it was driven with is known
             driven = bench.part.inputs[fmu].items()
-            found |= {f"{fmu}.{name}": {"value": bench.signal(signal)} for name, (signal, _) in driven}
+            signals |= {f"{fmu}.{name}": {"value": bench.signal(m.signal)} for name, m in driven}
             continue
         inputs = _inputs(bench, fmu, model, replayed)
-        seen = dict(inputs)
+        calls: Calls = {}
         if (model.slots and model.n_continuous) or not model.group(Role.STATE):
             states = {SignalName(k).variable: v for k, v in replayed.items() if k.startswith(f"{fmu}.")}
-            called = _by_arrays(model, values[fmu], inputs, states)
+            calls = _by_arrays(model, values[fmu], bench.times, inputs, states)
         elif model.slots:
-            called = _by_steps(model, values[fmu], inputs, bench.period)
-        else:
-            called = {}
-        called |= {name: {"value": seen[name]} for name in inputs}
-        slots = {s.name: s for s in all_slots(model)}
-        n = len(next(iter(replayed.values())))
-        for name, signals in called.items():
-            own = {role: signals[signal] for role, signal in roles(slots[name]).items()}
-            found[f"{fmu}.{name}"] = {
-                role: np.broadcast_to(np.asarray(v, dtype=float), (n,)).copy()
-                for role, v in {"value": signals["value"], **own}.items()
-            }
-    return found
+            calls = _by_steps(model, values[fmu], bench, inputs)
+        calls |= {name: {"value": column} for name, column in inputs.items()}
+        signals |= _by_role(fmu, model, calls, len(bench.times))
+    return signals
 
 
-def sizes(signals: Mapping[str, Array], duration: float) -> Rms:
-    """Size of what stands in a slot; a signal that is zero counts as one that is small."""
+def signal_rms(signals: Mapping[str, Array], duration: float) -> Rms:
+    """Size of what is in a slot; a signal that is zero counts as 1."""
 
     def rms(role: str) -> float:
         values = signals.get(role)
@@ -85,66 +81,86 @@ def sizes(signals: Mapping[str, Array], duration: float) -> Rms:
     )
 
 
-def _inputs(bench: Bench, fmu: str, model: Model, replayed: Mapping[str, Array]) -> dict[str, Array]:
-    n = len(next(iter(replayed.values())))
-    found = {}
+def _by_role(fmu: str, model: Model, calls: Calls, n: int) -> Signals:
+    """Signals of the slots by role instead of their own names, each over all n samples."""
+    slots = {s.name: s for s in all_slots(model)}
+    signals: Signals = {}
+    for name, given in calls.items():
+        by_role = {"value": given["value"]}
+        by_role |= {role: given[signal] for role, signal in roles(slots[name]).items()}
+        signals[f"{fmu}.{name}"] = {
+            role: np.broadcast_to(np.asarray(v, dtype=float), (n,)).copy() for role, v in by_role.items()
+        }
+    return signals
+
+
+def _inputs(bench: ReplayBench, fmu: str, model: Model, replayed: Mapping[str, Array]) -> dict[str, Array]:
+    """Each input of a model over all samples: as measured, as wired, or zero."""
+    inputs = {}
     for name in model.inputs.names:
         measured = bench.part.inputs[fmu].get(name)
         wire = bench.part.wired[fmu].get(name)
-        found[name] = (
-            bench.signal(measured[0]) if measured else replayed[wire] if wire else np.zeros(n, dtype=float)
-        )
-    return found
-
-
-def _parameters(model: Model, values: Mapping[str, Any]) -> Any:
-    return model.parameters.record([values.get(v.name, v.start) for v in model.group(Role.PARAMETER)])
+        if measured:
+            inputs[name] = bench.signal(measured.signal)
+        elif wire:
+            inputs[name] = replayed[wire]
+        else:
+            inputs[name] = np.zeros(len(bench.times))
+    return inputs
 
 
 def _by_arrays(
-    model: Model, values: Mapping[str, Any], inputs: Mapping[str, Array], states: Mapping[str, Array]
-) -> Signals:
-    """All instants at once, from the states of a replay."""
+    model: Model,
+    values: Mapping[str, Any],
+    t: Array,
+    inputs: Mapping[str, Array],
+    states: Mapping[str, Array],
+) -> Calls:
+    """All instants t [s] at once, from the states of a replay."""
     x = model.states.record([states.get(v.name, v.start) for v in model.group(Role.STATE)])
     u = model.inputs.record([inputs[name] for name in model.inputs.names])
-    called: Signals = {}
+    p = model.parameters.record([values.get(v.name, v.start) for v in model.group(Role.PARAMETER)])
+    calls: Calls = {}
 
     def note(name: str, value: Any, **signals: Any) -> Any:
-        called[name] = {"value": value, **signals}
+        calls[name] = {"value": value, **signals}
         return value
 
-    t = np.arange(len(next(iter(inputs.values())))) * 0.0
     for equation in EQUATIONS:
         if equation != "update":
-            getattr(model, equation)(t, x, u, _parameters(model, values), ARRAYS, slot=note)
-    return called
+            getattr(model, equation)(t, x, u, p, ARRAYS, slot=note)
+    return calls
 
 
-def _by_steps(model: Model, values: Mapping[str, Any], inputs: Mapping[str, Array], period: float) -> Signals:
-    """Step a sampled model, for states that an FMU hides."""
-    instance = Instance(model)
-    for name, value in values.items():
-        if name in instance.index:
-            instance[name] = float(value)
+def _by_steps(
+    model: Model, values: Mapping[str, Any], bench: ReplayBench, inputs: Mapping[str, Array]
+) -> Calls:
+    """Step a sampled model, for states that an FMU hides; each segment starts as its replay does."""
     rows: dict[str, list[dict[str, Any]]] = {}
 
     def note(name: str, value: Any, **signals: Any) -> Any:
         rows.setdefault(name, []).append({"value": value, **signals})
         return value
 
-    n = len(next(iter(inputs.values())))
-    for k in range(n):
-        for name, column in inputs.items():
-            instance[name] = float(column[k])
-        if k == 0:
-            instance.initialise()
-        else:
-            instance.step((k - 1) * period, period)
-        x = model.states.record(instance.values[instance._x])
-        u = model.inputs.record(instance.values[instance._u])
-        model.outputs(
-            k * period, x, u, model.parameters.record(instance.values[instance._p]), instance.m, slot=note
-        )
+    for segment in bench.segments:
+        first = bench.first_sample(segment.recording)
+        instance = Instance(model)
+        for name, value in values.items():
+            if name in instance.index:
+                instance[name] = float(value)
+        for k in range(segment.begin, segment.end):
+            t = k * bench.period
+            for name, column in inputs.items():
+                instance[name] = float(column[first + k])
+            if k == segment.begin:
+                instance.initialise(t)
+            else:
+                instance.step(t - bench.period, bench.period)
+            x = model.states.record([instance[v.name] for v in model.group(Role.STATE)])
+            u = model.inputs.record([instance[v.name] for v in model.group(Role.INPUT)])
+            p = model.parameters.record([instance[v.name] for v in model.group(Role.PARAMETER)])
+            model.outputs(t, x, u, p, instance.m, slot=note)
     return {
-        name: {key: np.array([row[key] for row in found]) for key in found[0]} for name, found in rows.items()
+        name: {key: np.array([row[key] for row in called]) for key in called[0]}
+        for name, called in rows.items()
     }

@@ -1,19 +1,20 @@
 """
 Forward search: screen, fit the promising, rank on held-out blocks, add the winner, again.
 
-What cannot be told from the winner is its family; the next effect may decide in it.
+What is indistinguishable from the winner is its family; the next effect may decide in it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
-from master.diagnosis.numerics.arrays import Array
-from master.diagnosis.numerics.gains import powers
+from master.diagnosis.numerics.gains import is_accepted
 from master.diagnosis.numerics.least_squares import Fit
-from master.diagnosis.replay.candidate_models import Added
+from master.diagnosis.replay.placed_effect import PlacedEffect
 
+from .extended_model import ExtendedModel
 from .families import (
     NEAR,
     Ranked,
@@ -21,19 +22,21 @@ from .families import (
     best_first,
     contains,
     family,
-    is_accepted,
     is_beaten,
     is_confused,
 )
 from .screening import Screened, screened
-from .study import Extended, Study
+from .study import PRECISE, Study
 
-AT_MOST = 3
-PRECISELY = (60, 1e-8)  # evaluations, tolerance
-LONGEST_LIST, FEWEST, SMALLEST_PROMISE = 6, 1, 5e-3
-ENOUGH, MOST = 5e-3, 0.5
-MOST_BRANCHES = 2
-FALLS = 0.01  # of the cost
+AT_MOST = 3  # effects
+LONGEST_LIST = 6  # effects that are fitted in a round
+FEWEST = 1  # effects that are fitted in a round, however little they promise
+SMALLEST_PROMISE = 5e-3  # share of the fitted residual power, for a fit
+SMALLEST_OF_BEST = 0.1  # promise over that of the most promising, for a fit
+ENOUGH = 5e-3  # power left over that of the base: a fourteenth of the amplitude
+MOST_OF_REST = 0.5  # share of the little that is left then, for one effect more
+MOST_BRANCHES = 2  # members of a family between which the next effect may decide
+FALLS = 0.01  # of the cost: the effects before were not at their best
 
 
 @dataclass(frozen=True)
@@ -47,24 +50,24 @@ class Round:
 
 
 @dataclass(frozen=True)
-class Found:
-    """What a search ends with; `rewritings` are families of an effect and others that make it together."""
+class SearchResult:
+    """What a search ends with; `rewritings` are families of an effect and others that equal it together."""
 
     base: Fit
-    extended: Extended
+    model: ExtendedModel
     fit: Fit
     rounds: tuple[Round, ...]
     rewritings: tuple[tuple[str, ...], ...] = ()
 
     @property
     def families(self) -> list[tuple[str, ...]]:
-        """Names that could not be told apart, one tuple an effect that was added."""
-        found = [tuple(r.name for r in rnd.family) for rnd in self.rounds if len(rnd.family) > 1]
-        return [*found, *self.rewritings]
+        """Names of effects that are indistinguishable, one tuple an effect of the model."""
+        members = [tuple(r.name for r in rnd.family) for rnd in self.rounds if len(rnd.family) > 1]
+        return [*members, *self.rewritings]
 
-    def widened(self, study: Study) -> Found:
+    def widened(self, study: Study) -> SearchResult:
         """
-        The same with wider families, for a residual that still has structure.
+        Return the same with wider families, for a residual that still has structure.
 
         What the best leaves is not noise then, and statistics of noise do not decide between rivals that
         leave nearly as little.
@@ -72,35 +75,63 @@ class Found:
         return replace(self, rounds=tuple(_widened(study, step) for step in self.rounds))
 
 
-def search(study: Study, base: Fit, wanted: Sequence[Added], at_most: int = AT_MOST) -> Found:
+class _Fitted(NamedTuple):
+    """A model and its fit."""
+
+    model: ExtendedModel
+    fit: Fit
+
+
+class _Decided(NamedTuple):
+    """A round of which the family was narrowed, and the round after its winner."""
+
+    step: Round
+    after: Round
+
+
+class _Branch(NamedTuple):
+    """A member of a family, the round after it, and the best of both over the base."""
+
+    member: Ranked
+    after: Round
+    end: Ranked
+
+
+def search(
+    study: Study, base: Fit, candidates: Sequence[PlacedEffect], at_most: int = AT_MOST
+) -> SearchResult:
     """Add effects one after the other until none is accepted."""
-    chosen, found = Extended(), base
+    present = _Fitted(ExtendedModel(), base)
     rounds: list[Round] = []
     ahead: Round | None = None
     while len(rounds) < at_most:
-        step = ahead or _step(study, chosen, found, wanted)
+        step = ahead or _step(study, present, candidates)
         ahead = None
         is_last = len(rounds) + 1 == at_most
         if len(step.family) > 1 and not is_last and not _is_enough(study, base, step.family[0].gain.fit):
-            step, ahead = _looked_ahead(study, base, step, wanted)
-        if _is_enough(study, base, found):
+            decided = _looked_ahead(study, base, step, candidates)
+            step = decided.step
+            ahead = decided.after
+        if _is_enough(study, base, present.fit):
             step = _most_of_the_rest(step)
-        if step.family and chosen.added:
-            again = study.fitted(chosen, [step.family[0].gain.fit.values], *PRECISELY)
-            if again.cost < (1.0 - FALLS) * found.cost:  # the effects before were not at their best
-                chosen, found, ahead = chosen.started_at(again.values), again, None
+        if step.family and present.model.effects:
+            again = study.fitted(present.model, [step.family[0].gain.fit.values], PRECISE)
+            if again.cost < (1.0 - FALLS) * present.fit.cost:  # the effects before were not at their best
+                present = _Fitted(present.model.started_at(again.values), again)
+                ahead = None
                 continue
         rounds.append(step)
         if not step.family:
             break
         winner = step.family[0]
-        chosen, found = winner.extended.started_at(winner.gain.fit.values), winner.gain.fit
-        pruned, found = _pruned(study, chosen, found)
-        if pruned.added != chosen.added:
-            chosen, ahead = pruned, None
-    if chosen.added:
-        found = study.fitted(chosen, [found.values], *PRECISELY)
-    return Found(base, chosen, found, tuple(rounds))
+        chosen = winner.model.started_at(winner.gain.fit.values)
+        present = _pruned(study, _Fitted(chosen, winner.gain.fit))
+        if present.model.effects != chosen.effects:
+            ahead = None
+    fitted = present.fit
+    if present.model.effects:
+        fitted = study.fitted(present.model, [present.fit.values], PRECISE)
+    return SearchResult(base, present.model, fitted, tuple(rounds))
 
 
 def _most_of_the_rest(step: Round) -> Round:
@@ -109,83 +140,77 @@ def _most_of_the_rest(step: Round) -> Round:
 
     A strong effect's model has faults of its own, and other laws explain parts of them.
     """
-    return step if step.family and step.family[0].gain.share > MOST else replace(step, family=())
+    return step if step.family and step.family[0].gain.share > MOST_OF_REST else replace(step, family=())
 
 
-def _step(study: Study, chosen: Extended, found: Fit, wanted: Sequence[Added]) -> Round:
+def _step(study: Study, present: _Fitted, candidates: Sequence[PlacedEffect]) -> Round:
     """Screen and fit one more effect."""
-    left = [a for a in wanted if a not in chosen.added]
-    study.progress(f"{study.bench.part.name}: {len(left)} effects screened")
-    taken = {(a.fmu, a.slot) for a in chosen.added}
-    first = [(*chosen.added, a) if (a.fmu, a.slot) in taken else (a,) for a in left]
-    study.pool.build(first, study.progress)
-    promising = _shortlist(screened(study, chosen, found, left))
-    study.pool.build([s.extended.added for s in promising], study.progress)
-    return _round(study, found, promising, len(left))
+    chosen = present.model
+    left = [e for e in candidates if e not in chosen.effects]
+    study.say(f"{len(left)} effects screened")
+    taken = {e.place for e in chosen.effects}
+    study.build([(*chosen.effects, e) if e.place in taken else (e,) for e in left])
+    promising = _shortlist(screened(study, chosen, present.fit, left))
+    study.build([s.model.effects for s in promising])
+    return _round(study, present.fit, promising, len(left))
 
 
-def _looked_ahead(study: Study, base: Fit, step: Round, wanted: Sequence[Added]) -> tuple[Round, Round]:
-    """Let the next effect decide between the members of a family; the round after the winner beside it."""
+def _looked_ahead(study: Study, base: Fit, step: Round, candidates: Sequence[PlacedEffect]) -> _Decided:
+    """Let the next effect decide between the members of a family."""
 
     def is_inferior(one: Ranked, other: Ranked) -> bool:
         return is_beaten(study, one.gain, other.gain) or contains(study, base, one, other)
 
     branches = []
     for member in step.family[:MOST_BRANCHES]:
-        after = _step(study, member.extended.started_at(member.gain.fit.values), member.gain.fit, wanted)
+        started = _Fitted(member.model.started_at(member.gain.fit.values), member.gain.fit)
+        after = _step(study, started, candidates)
         last = after.family[0] if after.family else member
-        branches.append((replace(last, gain=study.gain(base, last.gain.fit)), member, after))
+        branches.append(_Branch(member, after, replace(last, gain=study.gain(base, last.gain.fit))))
     best = branches[0]
     for branch in branches[1:]:
-        if is_inferior(best[0], branch[0]) and not is_beaten(study, branch[0].gain, best[0].gain):
+        if is_inferior(best.end, branch.end) and not is_beaten(study, branch.end.gain, best.end.gain):
             best = branch
-    inferior = [m for end, m, _ in branches if end is not best[0] and is_inferior(end, best[0])]
+    inferior = [b.member for b in branches if b.end is not best.end and is_inferior(b.end, best.end)]
     inferior += step.family[MOST_BRANCHES:]
-    others = [m for m in step.family if m is not best[1] and (m not in inferior or is_confused(m, best[1]))]
-    kept = (best[1], *others)
-    return replace(step, family=kept, is_resolved=len(kept) == 1), best[2]
+    others = [
+        m for m in step.family if m is not best.member and (m not in inferior or is_confused(m, best.member))
+    ]
+    kept = (best.member, *others)
+    return _Decided(replace(step, family=kept, is_resolved=len(kept) == 1), best.after)
 
 
-def _power(study: Study, found: Fit) -> Array:
-    return powers(found.predicted - study.measured, study.held_out, study.size)
+def _is_enough(study: Study, base: Fit, fitted: Fit) -> bool:
+    """Whether next to nothing is left."""
+    return bool(study.powers(fitted.predicted).sum() < ENOUGH * study.powers(base.predicted).sum())
 
 
-def _is_enough(study: Study, base: Fit, found: Fit) -> bool:
-    """Whether next to nothing is left: less than a fourteenth of the amplitude."""
-    return bool(_power(study, found).sum() < ENOUGH * _power(study, base).sum())
-
-
-def _pruned(study: Study, chosen: Extended, found: Fit) -> tuple[Extended, Fit]:
+def _pruned(study: Study, present: _Fitted) -> _Fitted:
     """Drop an effect that a later one has made needless."""
-    for old in chosen.added[:-1]:
-        begin = f"{old.fmu}.{old.prefix}_"
-        less = Extended(
-            tuple(a for a in chosen.added if a != old),
-            {k: v for k, v in chosen.fixed.items() if not k.startswith(begin)},
-            tuple(p for p in chosen.parameters if not p.name.startswith(begin)),
-        )
-        study.pool.build([less.added], study.progress)
-        without = study.fitted(less, [found.values])
-        if not is_accepted(study.gain(without, found), 1, is_first=False):
-            return _pruned(study, less.started_at(without.values), without)
-    return chosen, found
+    for old in present.model.effects[:-1]:
+        less = present.model.without(old)
+        study.build([less.effects])
+        without = study.fitted(less, [present.fit.values])
+        if not is_accepted(study.gain(without, present.fit), 1, is_first=False):
+            return _pruned(study, _Fitted(less.started_at(without.values), without))
+    return present
 
 
 def _shortlist(tried: Sequence[Screened]) -> list[Screened]:
     """The most promising; with one that acts like a lag all that do in its slot."""
     best = tried[0].gain if tried else 0.0
-    least = max(SMALLEST_PROMISE, 0.1 * best)
+    least = max(SMALLEST_PROMISE, SMALLEST_OF_BEST * best)
     kept = [s for i, s in enumerate(tried[:LONGEST_LIST]) if s.gain >= least or i < FEWEST]
-    return kept + [s for s in tried if s not in kept and act_alike(s.extended, tried[0].extended)]
+    return kept + [s for s in tried if s not in kept and act_alike(s.model, tried[0].model)]
 
 
 def _round(study: Study, before: Fit, promising: Sequence[Screened], n_tried: int) -> Round:
-    is_first = all(len(s.extended.added) == 1 for s in promising)
+    is_first = all(len(s.model.effects) == 1 for s in promising)
     ranked = []
     for s in promising:
-        study.progress(f"{study.bench.part.name}: fit of {s.extended.name}")
-        found = study.fitted(s.extended, s.starts, known=s.known)
-        ranked.append(Ranked(s.extended, study.gain(before, found)))
+        study.say(f"fit of {s.model.name}")
+        fitted = study.fitted(s.model, s.starts, known=s.known)
+        ranked.append(Ranked(s.model, study.gain(before, fitted)))
     accepted = [r for r in best_first(ranked) if is_accepted(r.gain, n_tried, is_first=is_first)]
     refined = [_refined(study, before, r) for r in family(study, before, accepted)]
     others = [r for r in ranked if r.name not in {own.name for own in refined}]
@@ -195,8 +220,8 @@ def _round(study: Study, before: Fit, promising: Sequence[Screened], n_tried: in
 
 def _refined(study: Study, before: Fit, r: Ranked) -> Ranked:
     """Fit a member of a family to the end: what a first fit leaves would pass for another effect."""
-    found = study.fitted(r.extended, [r.gain.fit.values], *PRECISELY)
-    return replace(r, gain=study.gain(before, found)) if found.cost < r.gain.fit.cost else r
+    fitted = study.fitted(r.model, [r.gain.fit.values], PRECISE)
+    return replace(r, gain=study.gain(before, fitted)) if fitted.cost < r.gain.fit.cost else r
 
 
 def _widened(study: Study, step: Round) -> Round:

@@ -6,59 +6,65 @@ import itertools
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
-from master.diagnosis.replay.candidate_models import Added, fixed_values, parameters
+from master.diagnosis.replay.placed_effect import PlacedEffect, fixed_values, free_parameters
 
+from .extended_model import ExtendedModel
 from .families import is_beaten
-from .rounds import Found, Round
-from .study import Extended, Study
+from .rounds import Round, SearchResult
+from .study import FINE, Study
 
 AND = " and "
 
 
-def with_rewritings(study: Study, found: Found, wanted: Sequence[Added]) -> Found:
+def with_rewritings(study: Study, result: SearchResult, candidates: Sequence[PlacedEffect]) -> SearchResult:
     """
-    Put others in the place of an effect that is `equals_sum_of` them, where they explain more.
+    Put others in the place of an effect that equals their sum, where they explain more.
 
     Where they explain as much, the effect and they are a family.
     """
-    for step in found.rounds:
+    for step in result.rounds:
         for member in step.family:
-            for parts in _parts(member.extended.added[-1], wanted, found.extended.added):
-                study.progress(f"{study.bench.part.name}: {AND.join(map(str, parts))} in its place")
-                found = _decided(study, found, step, parts)
-    return found
+            for parts in _parts(member.model.effects[-1], candidates, result.model.effects):
+                study.say(f"{AND.join(map(str, parts))} in its place")
+                result = _decided(study, result, step, parts)
+    return result
 
 
-def _decided(study: Study, found: Found, step: Round, parts: Sequence[Added]) -> Found:
-    old = step.family[0].extended.added[-1]
-    if old not in found.extended.added:
-        return found
-    other = _instead(study, found.extended, old, parts)
-    study.pool.build([other.added], study.progress)
-    fitted = study.fitted(other, [found.fit.values], 30, 1e-8)
-    one, two = (study.gain(found.base, f) for f in (found.fit, fitted))
+def _decided(study: Study, result: SearchResult, step: Round, parts: Sequence[PlacedEffect]) -> SearchResult:
+    old = step.family[0].model.effects[-1]
+    if old not in result.model.effects:
+        return result
+    other = _instead(study, result.model, old, parts)
+    study.build([other.effects])
+    fitted = study.fitted(other, [result.fit.values], FINE)
+    one = study.gain(result.base, result.fit)
+    two = study.gain(result.base, fitted)
     if is_beaten(study, two, one):
-        return found
+        return result
     if is_beaten(study, one, two):
-        rounds = tuple(replace(r, family=r.family[:1]) if r is step else r for r in found.rounds)
-        return replace(found, extended=other.started_at(fitted.values), fit=fitted, rounds=rounds)
-    return replace(found, rewritings=(*found.rewritings, (str(old), AND.join(map(str, parts)))))
+        rounds = tuple(replace(r, family=r.family[:1]) if r is step else r for r in result.rounds)
+        return replace(result, model=other.started_at(fitted.values), fit=fitted, rounds=rounds)
+    return replace(result, rewritings=(*result.rewritings, (str(old), AND.join(map(str, parts)))))
 
 
-def _parts(law: Added, wanted: Sequence[Added], taken: Sequence[Added]) -> Iterator[tuple[Added, ...]]:
-    """All ways to place what a law is made of; the first of it stands where the law stood."""
-    places = [[a for a in wanted if a.effect == name and a not in taken] for name in law.law.equals_sum_of]
+def _parts(
+    placed: PlacedEffect, candidates: Sequence[PlacedEffect], taken: Sequence[PlacedEffect]
+) -> Iterator[tuple[PlacedEffect, ...]]:
+    """All ways to place what a law equals the sum of; the first goes where the law was."""
+    places = [
+        [e for e in candidates if e.effect == name and e not in taken] for name in placed.law.equals_sum_of
+    ]
     if places:
-        places[0] = [a for a in places[0] if (a.fmu, a.slot) == (law.fmu, law.slot)]
+        places[0] = [e for e in places[0] if e.place == placed.place]
         yield from itertools.product(*places)
 
 
-def _instead(study: Study, chosen: Extended, old: Added, parts: Sequence[Added]) -> Extended:
-    begin = f"{old.fmu}.{old.prefix}_"
-    fixed = {k: v for k, v in chosen.fixed.items() if not k.startswith(begin)}
-    own = [p for p in chosen.parameters if not p.name.startswith(begin)]
-    for a in parts:
-        sizes = study.sizes(f"{a.fmu}.{a.slot}")
-        fixed |= fixed_values(a, sizes, a.law.variants[0])
-        own += parameters(a, sizes)
-    return Extended((*(a for a in chosen.added if a != old), *parts), fixed, tuple(own))
+def _instead(
+    study: Study, chosen: ExtendedModel, old: PlacedEffect, parts: Sequence[PlacedEffect]
+) -> ExtendedModel:
+    model = chosen.without(old)
+    for placed in parts:
+        rms = study.signal_rms(placed.place)
+        fixed = fixed_values(placed, rms, placed.law.variants[0])
+        model = model.with_effect(placed, fixed, free_parameters(placed, rms))
+    return model

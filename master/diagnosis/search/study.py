@@ -3,218 +3,285 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fmu_sources.effects.framework.effect import Rms
 from master.diagnosis.case.case import Case
 from master.diagnosis.case.cut import CutSystem, Values
-from master.diagnosis.numerics.arrays import Array
-from master.diagnosis.numerics.gains import Gain, over
-from master.diagnosis.numerics.least_squares import Candidate, Fit, Parameter, fit
-from master.diagnosis.replay.candidate_models import Added, Pool
-from master.diagnosis.replay.replay import Bench
-from master.diagnosis.replay.slot_signals import Signals, sizes, slot_signals
+from master.diagnosis.numerics.arrays import TINY, Array, Mask
+from master.diagnosis.numerics.gains import Gain, gain_over, powers
+from master.diagnosis.numerics.least_squares import Candidate, Fit, FreeParameter, fit
+from master.diagnosis.replay.candidate_models import ModelPool
+from master.diagnosis.replay.placed_effect import PlacedEffect
+from master.diagnosis.replay.replay_bench import ReplayBench
+from master.diagnosis.replay.slot_signals import Signals, signal_rms, slot_signals
 from master.errors import FmuError
 from master.text.signal_name import SignalName
 
+from .extended_model import ExtendedModel
+
 Progress = Callable[[str], None]
-FEW_EVALUATIONS = 4
-EXACT = 3e-5  # of what was measured: what rounding leaves
+
+EXACT = 3e-5  # over the deviation of what was measured: what rounding leaves
+FACTORS_OF_START = (0.85, 1.2)  # first guesses of the base's parameters, over the system's values
+START_OF_STATE = 0.25  # scale of a start value over the distance of its bounds
+
+
+class Precision(NamedTuple):
+    """Where a fit ends: residual evaluations from each start, and relative change of the cost."""
+
+    evaluations: int
+    tolerance: float
+
+
+FIRST_STEPS = Precision(4, 1e-5)  # of several first guesses, to see which goes on
+QUICK = Precision(25, 1e-5)  # to rank effects
+FINE = Precision(30, 1e-8)  # for a choice between two laws
+PRECISE = Precision(60, 1e-8)  # what a coarser fit leaves would pass for another effect
+OF_BASE = Precision(30, 1e-9)
+OF_ANSWER = Precision(20, 1e-9)  # starts at a fit already
 
 
 @dataclass(frozen=True)
-class Extended:
-    """The base with effects: what is fixed and what is fitted of each."""
+class Study:
+    """
+    What the search needs of a part.
 
-    added: tuple[Added, ...] = ()
-    fixed: Mapping[str, float] = field(default_factory=dict)
-    parameters: tuple[Parameter, ...] = ()
+    `base` are the parameters of the system that may be refitted. `fit_rows` has shape (rows,), `held_out` are
+    the blocks to select by. `output_scale`, shape (outputs,), is what the outputs' errors are compared with.
+    `slot_values` are values by `fmu.variable` of the base along whose replay the slots are looked into.
+    """
+
+    system: CutSystem
+    bench: ReplayBench
+    pool: ModelPool
+    base: tuple[FreeParameter, ...]
+    fit_rows: Mask
+    held_out: tuple[slice, ...]
+    progress: Progress
+    output_scale: Array
+    slot_values: Mapping[str, float]
 
     @property
     def name(self) -> str:
-        """The last effect, as `fmu.slot: effect`."""
-        return str(self.added[-1]) if self.added else "base"
-
-    def started_at(self, values: Mapping[str, float]) -> Extended:
-        """The same with other first guesses."""
-        moved = tuple(replace(p, start=values.get(p.name, p.start)) for p in self.parameters)
-        return replace(self, parameters=moved)
-
-
-@dataclass
-class Study:
-    """What the search needs of a part."""
-
-    system: CutSystem
-    bench: Bench
-    pool: Pool
-    base: tuple[Parameter, ...]
-    fit_rows: NDArray[np.bool_]
-    held_out: list[slice]
-    progress: Progress
-    size: Array = field(default_factory=lambda: np.ones(1))
-    signals: Signals = field(default_factory=dict)
+        """Name of the part."""
+        return self.bench.name
 
     @property
     def measured(self) -> Array:
         """Measured outputs, shape (rows, outputs)."""
         return self.bench.measured
 
+    @cached_property
+    def signals(self) -> Signals:
+        """What is in the slots along a replay of the base."""
+        return slot_signals(self.system, self.bench, self.pool.player(()), self.values_with(self.slot_values))
+
+    def say(self, text: str) -> None:
+        """Show what is being done on this part."""
+        self.progress(f"{self.name}: {text}")
+
+    def build(self, models: Sequence[tuple[PlacedEffect, ...]]) -> None:
+        """Build what is missing of several models; ConfigError if one cannot be built."""
+        self.pool.build(models, self.progress)
+
+    def values_with(self, values: Mapping[str, float]) -> Values:
+        """Return values of the system with others, by `fmu.variable`, in their place."""
+        return merged(self.system.values, values)
+
+    def slot_signals_with(
+        self, model: ExtendedModel, values: Mapping[str, float], place: str
+    ) -> Mapping[str, Array]:
+        """Signals of one slot `fmu.slot` along a replay of a model with effects."""
+        fmu = SignalName(place).instance
+        player = self.pool.player(model.effects)
+        return slot_signals(self.system, self.bench, player, self.values_with(values), (fmu,))[place]
+
     def simulate(
-        self, added: tuple[Added, ...], values: Mapping[str, float], *, everything: bool = False
+        self, effects: tuple[PlacedEffect, ...], values: Mapping[str, float], *, everything: bool = False
     ) -> Array:
-        """Replay with effects and values by `fmu.variable`; shape (rows, outputs), see `Bench.predict`."""
-        player = self.pool.player(added)
-        return self.bench.predict(player, merged(self.system.values, values), everything=everything)
+        """Replay with effects and values by `fmu.variable`; see `ReplayBench.predict`."""
+        player = self.pool.player(effects)
+        return self.bench.predict(player, self.values_with(values), everything=everything)
+
+    def outputs(self, effects: tuple[PlacedEffect, ...], values: Mapping[str, float]) -> dict[str, Array]:
+        """The same at all samples by recording; see `ReplayBench.replayed`."""
+        return self.bench.replayed(self.pool.player(effects), self.values_with(values))
 
     def candidate(
         self,
-        extended: Extended,
+        model: ExtendedModel,
         starts: Sequence[Mapping[str, float]] = ({},),
         known: Mapping[str, Array] | None = None,
     ) -> Candidate:
         """Base and effects as one model to fit; `known` sensitivities see `Candidate`."""
-        parameters = (*self.base, *extended.parameters)
+        parameters = (*self.base, *model.parameters)
         names = [p.name for p in parameters]
 
         def simulate(theta: Array) -> Array:
-            values = dict(extended.fixed) | dict(zip(names, theta.tolist(), strict=True))
-            return self.simulate(extended.added, values)
+            values = dict(model.fixed) | dict(zip(names, theta.tolist(), strict=True))
+            return self.simulate(model.effects, values)
 
-        return Candidate(extended.name, parameters, simulate, tuple(starts), known or {})
+        return Candidate(model.name, parameters, simulate, tuple(starts), known or {})
 
     def fitted(
         self,
-        extended: Extended,
+        model: ExtendedModel,
         starts: Sequence[Mapping[str, float]] = ({},),
-        evaluations: int = 25,
-        tolerance: float = 1e-5,
+        precision: Precision = QUICK,
         known: Mapping[str, Array] | None = None,
     ) -> Fit:
         """Fit base and effects together; of several first guesses the best after a few steps goes on."""
-        extended, starts = self._with_start_values(extended, starts)
+        model, starts = self._with_start_values(model, starts)
         if len(starts) > 1:
-            begun = [
-                self._fit(self.candidate(extended, [guess], known), FEW_EVALUATIONS, tolerance)
-                for guess in starts
-            ]
+            first = Precision(FIRST_STEPS.evaluations, precision.tolerance)
+            begun = [self._fit(self.candidate(model, [guess], known), first) for guess in starts]
             starts = [min(begun, key=lambda f: f.cost).values]
-        found = self._fit(self.candidate(extended, starts, known), evaluations, tolerance)
-        values = dict(extended.fixed) | dict(found.values)
-        return replace(found, predicted=self.simulate(extended.added, values, everything=True))
+        best = self._fit(self.candidate(model, starts, known), precision)
+        values = dict(model.fixed) | dict(best.values)
+        return replace(best, predicted=self.simulate(model.effects, values, everything=True))
 
-    def _fit(self, candidate: Candidate, evaluations: int, tolerance: float) -> Fit:
+    def _fit(self, candidate: Candidate, precision: Precision) -> Fit:
         return fit(
             candidate,
             self.measured,
             self.fit_rows,
-            size=self.size,
-            evaluations=evaluations,
-            tolerance=tolerance,
+            output_scale=self.output_scale,
+            evaluations=precision.evaluations,
+            tolerance=precision.tolerance,
         )
 
     def _with_start_values(
-        self, extended: Extended, starts: Sequence[Mapping[str, float]]
-    ) -> tuple[Extended, list[Mapping[str, float]]]:
+        self, model: ExtendedModel, starts: Sequence[Mapping[str, float]]
+    ) -> tuple[ExtendedModel, list[Mapping[str, float]]]:
         """Let the fit find start values of states too, from an estimate at each first guess."""
-        player = self.pool.player(extended.added)
+        player = self.pool.player(model.effects)
         bounds = {key: self.bench.starts[key] for key in self.bench.starts_of(player)}
         if not bounds:
-            return extended, list(starts)
-        known = {p.name: p.start for p in (*self.base, *extended.parameters)} | dict(extended.fixed)
+            return model, list(starts)
+        known = {p.name: p.start for p in (*self.base, *model.parameters)} | dict(model.fixed)
         better: list[Mapping[str, float]] = []
         for guess in starts:
             here = {k: v for k, v in guess.items() if k in known}
-            values = merged(self.system.values, known | here)
+            values = self.values_with(known | here)
             for key in bounds:
                 values[SignalName(key).instance].pop(SignalName(key).variable, None)
             better.append(dict(guess) | self.bench.estimated(player, values))
-        taken = {p.name for p in extended.parameters}
+        taken = {p.name for p in model.parameters}
         own = tuple(
-            Parameter(key, 0.5 * (low + high), low, high, 0.25 * (high - low))
+            FreeParameter(key, 0.5 * (low + high), low, high, START_OF_STATE * (high - low))
             for key, (low, high) in bounds.items()
             if key not in taken
         )
-        return replace(extended, parameters=(*extended.parameters, *own)), better
+        return replace(model, parameters=(*model.parameters, *own)), better
 
-    def is_exact(self, size: Array) -> bool:
-        """Whether errors of such sizes, shape (outputs,), are those of rounding."""
-        spread = self.measured[self.fit_rows].std(axis=0)
-        return bool(np.all(size < EXACT * np.maximum(spread, 1e-300)))
+    @property
+    def is_exact(self) -> bool:
+        """Whether what the base leaves is rounding."""
+        deviation = self.measured[self.fit_rows].std(axis=0)
+        return bool(np.all(self.output_scale < EXACT * np.maximum(deviation, TINY)))
 
     def nominal(self) -> Fit:
         """The base at the values of the system, as a fit."""
         values = {p.name: p.start for p in self.base}
         predicted = self.simulate((), values, everything=True)
-        return Fit("system", values, dict.fromkeys(values, 0.0), predicted, np.inf, 0, ())
+        return Fit("system", values, dict.fromkeys(values, 0.0), predicted, np.inf)
 
     def gain(self, before: Fit, after: Fit) -> Gain:
         """Gain of one fit over another on the held-out blocks."""
-        return over(before, after, self.measured, self.held_out, self.size)
+        return gain_over(before, after, self.measured, self.held_out, self.output_scale)
 
-    def look_into_slots(self, base: Fit) -> None:
-        """Note what stands in the slots along a replay of the base."""
-        values = merged(self.system.values, base.values)
-        self.signals = slot_signals(self.system, self.bench, self.pool.player(()), values)
+    def powers(self, predicted: Array) -> Array:
+        """Power in each held-out block of what a prediction (rows, outputs) leaves, shape (blocks,)."""
+        return powers(predicted - self.measured, self.held_out, self.output_scale)
 
-    def sizes(self, slot: str) -> Rms:
-        """Sizes of a slot's signals; a force that is zero is measured by the largest of its FMU."""
-        found = sizes(self.signals[slot], len(self.measured) * self.bench.row_period)
-        values = self.signals[slot]["value"]
-        if np.any(values):
-            return found
-        fmu = SignalName(slot).instance + "."
-        own = [s for k, s in self.signals.items() if k.startswith(fmu) and np.any(s["value"])]
-        others = [sizes(s, 1.0).value for s in own]
-        mechanical = [sizes(s, 1.0).value for s in own if "velocity" in s]
-        return replace(found, value=max(mechanical or others or [1.0]))
+    def signal_rms(self, place: str) -> Rms:
+        """Sizes of the signals of a slot; a force that is zero is measured by the largest of its FMU."""
+        rms = signal_rms(self.signals[place], len(self.measured) * self.bench.row_period)
+        if np.any(self.signals[place]["value"]):
+            return rms
+        fmu = SignalName(place).instance + "."
+        own = [s for key, s in self.signals.items() if key.startswith(fmu) and np.any(s["value"])]
+        others = [signal_rms(s, 1.0).value for s in own]
+        mechanical = [signal_rms(s, 1.0).value for s in own if "velocity" in s]
+        return replace(rms, value=max(mechanical or others or [1.0]))
 
 
-def start(study: Study) -> Fit:
+class Begun(NamedTuple):
+    """A study whose outputs are scaled by what the refitted base leaves, and that base."""
+
+    study: Study
+    base: Fit
+
+
+def begin(
+    system: CutSystem,
+    bench: ReplayBench,
+    pool: ModelPool,
+    base: tuple[FreeParameter, ...],
+    fit_rows: Mask,
+    held_out: Sequence[slice],
+    progress: Progress,
+) -> Begun:
     """
     Fit the base, first scaled by what was measured, then by what that leaves.
 
     Raises:
         FmuError: If an FMU cannot be replayed on what was measured.
     """
-    rows = study.fit_rows
-    spread = study.measured[rows].std(axis=0)
-    study.size = np.where(spread > 0.0, spread, 1.0)
-    others = [{p.name: factor * p.start for p in study.base} for factor in (0.85, 1.2)] if study.base else []
-    first = study.fitted(Extended(), [{}, *others], 30)
-    if not np.isfinite(first.predicted[study.bench.in_use]).all():
-        player = study.pool.player(())
-        failure = study.bench.failure(player, merged(study.system.values, first.values))
+    measured = bench.measured
+    deviation = measured[fit_rows].std(axis=0)
+    first_study = Study(
+        system=system,
+        bench=bench,
+        pool=pool,
+        base=base,
+        fit_rows=fit_rows,
+        held_out=tuple(held_out),
+        progress=progress,
+        output_scale=np.where(deviation > 0.0, deviation, 1.0),
+        slot_values={p.name: p.start for p in base},
+    )
+    others = [{p.name: factor * p.start for p in base} for factor in FACTORS_OF_START] if base else []
+    precision = Precision(OF_BASE.evaluations, QUICK.tolerance)
+    first = first_study.fitted(ExtendedModel(), [{}, *others], precision)
+    if not np.isfinite(first.predicted[bench.in_use]).all():
+        failure = bench.failure(pool.player(()), first_study.values_with(first.values))
         row = int(np.flatnonzero(~np.isfinite(first.predicted).all(axis=1))[0])
         if failure is None:
-            raise FmuError(study.bench.part.fmus[0], f"the replay is not finite at row {row}")
+            raise FmuError(bench.part.fmus[0], f"the replay is not finite at row {row}")
         raise FmuError(failure.instance, f"the replay ends at row {row}: {failure}", status=failure.status)
-    left = np.sqrt(np.nanmean((first.predicted - study.measured)[rows] ** 2, axis=0))
-    study.size = np.maximum(left, 1e-9 * study.size)
-    study.base = tuple(replace(p, scale=abs(first.values[p.name]) or p.scale) for p in study.base)
-    return study.fitted(Extended(), [first.values], 30, 1e-9)
+    left = np.sqrt(np.nanmean((first.predicted - measured)[fit_rows] ** 2, axis=0))
+    scaled = replace(
+        first_study,
+        output_scale=np.maximum(left, 1e-9 * first_study.output_scale),
+        base=tuple(replace(p, scale=abs(first.values[p.name]) or p.scale) for p in base),
+    )
+    refitted = scaled.fitted(ExtendedModel(), [first.values], OF_BASE)
+    return Begun(replace(scaled, slot_values=refitted.values), refitted)
 
 
-def base_parameters(case: Case, system: CutSystem, fmus: Sequence[str]) -> tuple[Parameter, ...]:
+def base_parameters(case: Case, system: CutSystem, fmus: Sequence[str]) -> tuple[FreeParameter, ...]:
     """Parameters that the case allows to refit, from the values of the system."""
-    found = []
+    parameters = []
     for key, entry in case.refit.items():
         fmu, variable = SignalName(key).parts
         if fmu in fmus:
             value = system.values[fmu].get(variable, system.descriptions[fmu].by_name[variable].start or 0.0)
             at = float(min(max(float(value), entry.low), entry.high))
             scale = abs(at) or 0.1 * (entry.high - entry.low)
-            found.append(Parameter(key, at, entry.low, entry.high, scale, entry.spread))
-    return tuple(found)
+            parameters.append(FreeParameter(key, at, entry.low, entry.high, scale, entry.spread))
+    return tuple(parameters)
 
 
 def merged(values: Values, given: Mapping[str, float]) -> Values:
-    """Put values by `fmu.variable` over those of a system."""
-    found = {name: dict(v) for name, v in values.items()}
+    """Return values by FMU with others, by `fmu.variable`, in their place."""
+    result = {name: dict(v) for name, v in values.items()}
     for key, value in given.items():
         fmu, variable = SignalName(key).parts
-        found[fmu][variable] = value
-    return found
+        result[fmu][variable] = value
+    return result

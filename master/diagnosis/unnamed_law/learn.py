@@ -1,9 +1,9 @@
 """
-A law without a name: what no listed effect explains, learned in one of the slots.
+A nonparametric law: what no listed effect explains, learned in one of the slots.
 
-All laws that the slots can have are regressed on the residual beside what is fitted already, with a penalty
-on their roughness. Those that predict the held-out blocks best become models of their own, and are fitted by
-steps of Gauss-Newton over true replays.
+All laws that the slots can have are regressed on the residual together with what is fitted already, with a
+penalty on their roughness. Those that predict the held-out blocks best become models of their own, and are
+fitted by steps of Gauss-Newton over true replays.
 
 Source: Eilers, Marx, Statistical Science 11 (1996) 89 (penalised splines).
 """
@@ -12,30 +12,35 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
-from fmu_sources.effects.learned import CENTRES, N_SPLINES, axes
 from master.diagnosis.numerics.arrays import Array
 from master.diagnosis.numerics.gains import SMALLEST_GAIN, Gain, powers
 from master.diagnosis.numerics.least_squares import Fit, bounded
-from master.diagnosis.replay.candidate_models import Added, parameters
+from master.diagnosis.numerics.regression import penalised
+from master.diagnosis.replay.placed_effect import free_parameters
+from master.diagnosis.search.extended_model import ExtendedModel
 from master.diagnosis.search.injection import Injection
-from master.diagnosis.search.study import Extended, Study
+from master.diagnosis.search.study import Study
 
-from .fit import Descent, Promise, prior_of, roughness, sensitivities, solved
+from .describe import describe
+from .fit import Descent, Promise, penalty_matrix, sensitivities
 from .shapes import Law, laws
 
-PENALTIES = (1e-4, 1e-2, 1.0, 100.0)
-LOOSER, BETTER = 1e-2, 0.01
-N_FITTED, NEAR = 3, 0.2
+PENALTIES = (1e-4, 1e-2, 1.0, 100.0)  # on the roughness, over the mean power of an answer
+LOOSER = 1e-2  # factor on the penalty of a law that is let rougher
+BETTER = 0.01  # mean gain that this must bring
+N_FITTED = 3  # laws that are fitted by replays
+NEAR = 0.2  # of the best gain: a law that is no nearer is not fitted
 
 
 @dataclass(frozen=True)
-class Learned:
+class LearnedLaw:
     """A learned law in a slot: the fit, its gain over the model without it, how many laws were tried."""
 
-    extended: Extended
+    model: ExtendedModel
     gain: Gain
     promise: Promise
     n_tried: int
@@ -43,7 +48,7 @@ class Learned:
     @property
     def shape(self) -> str:
         """The law in words."""
-        return describe(self.extended.added[-1], self.fit)
+        return describe(self.model.effects[-1], self.fit.values)
 
     @property
     def fit(self) -> Fit:
@@ -51,39 +56,65 @@ class Learned:
         return self.gain.fit
 
 
-def learn(
-    study: Study, chosen: Extended, found: Fit, slots: Sequence[str], over: Fit | None = None
-) -> Learned | None:
-    """
-    Fit the learned law that explains most beside the effects chosen; None if none promises anything.
+class _PenaltyGain(NamedTuple):
+    """Penalty on the roughness and the mean gain on the held-out blocks with it."""
 
-    It starts from the model with the parameters `found`; its gain is that over the fit `over`, else `found`.
+    penalty: float
+    gain: float
+
+
+@dataclass(frozen=True)
+class _Task:
+    """What a law is added to: a model with its fit, and the fit that a gain is over."""
+
+    study: Study
+    model: ExtendedModel
+    fit: Fit
+    reference: Fit
+
+
+def learn(
+    study: Study,
+    model: ExtendedModel,
+    fitted: Fit,
+    places: Sequence[str],
+    reference: Fit | None = None,
+) -> LearnedLaw | None:
     """
-    groups = laws(study, slots)
+    Fit the learned law that explains most in addition to a model; None if none promises anything.
+
+    Args:
+        study: The part.
+        model: Effects that are there already.
+        fitted: Where the fit of the law starts.
+        places: Slots (`fmu.slot`) that may hold it.
+        reference: The fit that the gain is over; `fitted` if None.
+    """
+    groups = laws(study, places)
     if not groups:
         return None
-    study.progress(f"{study.bench.part.name}: {len(groups)} laws without a name tried")
-    over = over or found
-    promising = _promising(study, chosen, (found, over), groups)
-    study.pool.build([(*chosen.added, p.law.added) for p in promising], study.progress)
+    study.say(f"{len(groups)} nonparametric laws tried")
+    task = _Task(study, model, fitted, reference or fitted)
+    promising = _promising(task, groups)
+    study.build([(*model.effects, p.law.placed) for p in promising])
     n_tried = sum(map(len, groups))
-    fitted = [_fitted(study, chosen, (found, over), p, n_tried) for p in promising]
-    return max(fitted, key=lambda f: f.gain.mean, default=None)
+    learned = [_fitted(task, p, n_tried) for p in promising]
+    return max(learned, key=lambda law: law.gain.mean, default=None)
 
 
-def relearned(study: Study, law: Learned, found: Fit) -> Fit:
+def relearned(study: Study, law: LearnedLaw, fitted: Fit) -> Fit:
     """Fit a law once more, on the rows of another study."""
-    return Descent(study, law.extended, law.promise).fit(found)
+    return Descent(study, law.model, law.promise).fit(fitted)
 
 
-def _fitted(study: Study, chosen: Extended, fits: tuple[Fit, Fit], promise: Promise, n_tried: int) -> Learned:
+def _fitted(task: _Task, promise: Promise, n_tried: int) -> LearnedLaw:
     """Fit one law, and let it be rougher for as long as that pays on the held-out blocks."""
-    found, over = fits
-    extended = _extended(study, chosen, found, promise.law)
-    best: Learned | None = None
+    study = task.study
+    model = _with_law(task, promise.law)
+    best: LearnedLaw | None = None
     while True:
-        fitted = Descent(study, extended, promise).fit(found if best is None else best.fit)
-        own = Learned(extended, study.gain(over, fitted), promise, n_tried)
+        fitted = Descent(study, model, promise).fit(task.fit if best is None else best.fit)
+        own = LearnedLaw(model, study.gain(task.reference, fitted), promise, n_tried)
         if best is not None and own.gain.mean < best.gain.mean + BETTER:
             return best
         best = own
@@ -92,25 +123,26 @@ def _fitted(study: Study, chosen: Extended, fits: tuple[Fit, Fit], promise: Prom
         promise = replace(promise, penalty=LOOSER * promise.penalty)
 
 
-def _promising(
-    study: Study, chosen: Extended, fits: tuple[Fit, Fit], groups: Sequence[Sequence[Law]]
-) -> list[Promise]:
+def _promising(task: _Task, groups: Sequence[Sequence[Law]]) -> list[Promise]:
     """The laws that predict the held-out blocks best by one linear step, each with its best penalty."""
-    values = dict(chosen.fixed) | dict(fits[0].values)
-    regression = _Regression(study, chosen, fits)
+    study = task.study
+    values = dict(task.model.fixed) | dict(task.fit.values)
+    base = {p.name: values[p.name] for p in study.base}
+    regression = _Regression(task)
     injections: dict[str, Injection] = {}
     best = []
     for group in groups:
         promises: list[Promise] = []
         for law in group:
-            slot = f"{law.added.fmu}.{law.added.slot}"
-            if slot not in injections:
-                base = {p.name: values[p.name] for p in study.base}
-                injections[slot] = Injection(study, slot, base)
-            at = injections[slot]
-            if at.is_linear:
-                columns = at.answer(law.functions(study, study.signals[slot]))
-                promises += [Promise(law, p, g, at) for p, g in regression.gains(law, columns)]
+            place = law.placed.place
+            if place not in injections:
+                injections[place] = Injection(study, place, base)
+            injection = injections[place]
+            if injection.is_linear:
+                answers = injection.answer(law.functions(study, study.signals[place]))
+                promises += [
+                    Promise(law, penalty, gain, injection) for penalty, gain in regression.gains(law, answers)
+                ]
         if promises:
             best.append(max(promises, key=lambda p: p.gain))
     best = sorted((p for p in best if p.gain > SMALLEST_GAIN), key=lambda p: -p.gain)
@@ -118,73 +150,42 @@ def _promising(
 
 
 class _Regression:
-    """The residual of a fit regressed on a law's answers beside the sensitivities of what is fitted."""
+    """The residual of a fit, regressed on a law's answers and the sensitivities of what is fitted."""
 
-    def __init__(self, study: Study, chosen: Extended, fits: tuple[Fit, Fit]) -> None:
-        self.study, (found, over) = study, fits
-        self.left = bounded((study.measured - found.predicted) / study.size)
-        self.before = powers(over.predicted - study.measured, study.held_out, study.size)
-        self.own = sensitivities(study, chosen, found)
-        self.prior = prior_of(study, chosen)
-        self.starts = np.array(
-            [p.start - found.values[p.name] for p in (*study.base, *chosen.parameters)]
-        ) / np.array([p.scale for p in (*study.base, *chosen.parameters)])
+    def __init__(self, task: _Task) -> None:
+        study = task.study
+        self.study = study
+        parameters = (*study.base, *task.model.parameters)
+        values = dict(task.model.fixed) | dict(task.fit.values)
+        self.left = bounded((study.measured - task.fit.predicted) / study.output_scale)
+        self.before = study.powers(task.reference.predicted)
+        self.own = sensitivities(study, task.model, parameters, values, task.fit.predicted)
+        self.priors = np.array([p.prior_weight for p in parameters])
+        starts = np.array([p.start - task.fit.values[p.name] for p in parameters])
+        self.starts = starts / np.array([p.scale for p in parameters])
 
-    def gains(self, law: Law, columns: Array) -> list[tuple[float, float]]:
-        """Penalty and mean gain on the held-out blocks."""
-        matrix = np.concatenate([self.own, columns], axis=2)
-        found = []
+    def gains(self, law: Law, answers: Array) -> list[_PenaltyGain]:
+        """Mean gain with each penalty, from answers to the law's functions (rows, outputs, coefficients)."""
+        study = self.study
+        rows = study.fit_rows
+        matrix = np.concatenate([self.own, answers], axis=2)
+        centre = np.concatenate([self.starts, np.zeros(len(law.names))])
+        gains = []
         for penalty in PENALTIES:
-            below = roughness(law, self.own.shape[2], columns[self.study.fit_rows], penalty, self.prior)
-            target = np.concatenate([self.starts, np.zeros(len(law.names))])
-            step = solved(matrix[self.study.fit_rows], self.left[self.study.fit_rows], below, target)
-            rest = (self.left - matrix @ step) * self.study.size
-            power = powers(rest, self.study.held_out, self.study.size)
-            found.append((penalty, float(np.mean(np.log(self.before / power)))))
-        return found
+            penalties = penalty_matrix(law, answers[rows], penalty, self.priors)
+            step = penalised(matrix[rows], self.left[rows], penalties, centre)
+            rest = (self.left - matrix @ step) * study.output_scale
+            power = powers(rest, study.held_out, study.output_scale)
+            gains.append(_PenaltyGain(penalty, float(np.mean(np.log(self.before / power)))))
+        return gains
 
 
-def _extended(study: Study, chosen: Extended, found: Fit, law: Law) -> Extended:
-    sizes = study.sizes(f"{law.added.fmu}.{law.added.slot}")
+def _with_law(task: _Task, law: Law) -> ExtendedModel:
+    """The model with a law whose coefficients are free and start at zero."""
+    rms = task.study.signal_rms(law.placed.place)
     own = tuple(
         replace(p, start=0.0, low=-np.inf, high=np.inf)
-        for p in parameters(law.added, sizes)
+        for p in free_parameters(law.placed, rms)
         if p.name in law.names
     )
-    return Extended(
-        (*chosen.added, law.added),
-        dict(chosen.fixed) | dict(law.fixed),
-        (*chosen.parameters, *own),
-    )
-
-
-def describe(added: Added, found: Fit) -> str:
-    """Say which signals, odd or even, memory or not."""
-    first, second = axes(added.effect)
-    c, d = halves(added, found)
-    place = f"{added.fmu}.{added.slot}"
-    if first == "plays":
-        return f"a law with memory of the position in {place}"
-    signals = first if np.sum(d**2) < 0.01 * np.sum(c**2) else f"{first} and {second}"
-    signals = signals.replace("memory", "rate of the value").replace("sign", "direction of motion")
-    if first in ("time", "cycle"):
-        kind = "that swings with a period" if first == "cycle" else "that changes with time"
-        return f"a law {kind}, of {signals}, in {place}"
-    odd = 0.5 * (c - c[::-1])
-    share = float(np.sum(odd**2) / max(np.sum(c**2), 1e-300))
-    kind = "odd" if share > 0.8 else "even" if share < 0.2 else "neither odd nor even"
-    return f"a smooth law of {signals} in {place}, {kind}, without memory"
-
-
-def halves(added: Added, found: Fit) -> tuple[Array, Array]:
-    """Coefficients c_i and d_i."""
-    begin = f"{added.fmu}.{added.prefix}_"
-    own = {k.removeprefix(begin): v for k, v in found.values.items() if k.startswith(begin)}
-    c, d = ([v for k, v in own.items() if k.startswith(letter + "_")] for letter in "cd")
-    return np.array(c), np.array(d)
-
-
-def coefficients(added: Added, found: Fit) -> Array:
-    """The law over its two axes, each from -1 to 1 of its half range, shape (functions, 21)."""
-    c, d = halves(added, found)
-    return np.asarray(c[:, None] + d[:, None] * np.clip(np.array(CENTRES), -1.0, 1.0)[None, :N_SPLINES])
+    return task.model.with_effect(law.placed, law.fixed, own)

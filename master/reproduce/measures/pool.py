@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import os
 from collections.abc import Callable, Iterable, Mapping
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import as_completed
+
+from master.process.workers import workers
 
 from .runs import Recording, Run, Wanted, experiment_of, perform
 
@@ -53,8 +54,7 @@ def perform_all(wishes: Wishes, progress: Progress, processes: int | None = None
     if processes <= 1:
         return _one_by_one(parts, progress)
     found: Recordings = {}
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(processes, mp_context=context) as pool:
+    with workers(processes, "spawn") as pool:
         for future in as_completed([pool.submit(perform_part, part) for part in parts]):
             part = future.result()
             found |= part

@@ -13,8 +13,21 @@ from master.fmi.native import calls
 from master.fmi.native.cells import load, store
 from master.fmi.native.jit import inlined, inner
 from master.fmi.value_types import FLOAT64, UINT8
+from master.system.channel import (
+    DELAY,
+    DRAWN,
+    DROP,
+    FALLBACK,
+    FREEZE,
+    HELD,
+    JITTER,
+    MODE,
+    MORE,
+    OFFSET,
+    RANDOM,
+)
 
-from .program import DELAY, DRAWN, DROP, FALLBACK, FREEZE, HELD, JITTER, MODE, MORE, OFFSET, RANDOM, Memory
+from .program import Memory
 
 Floats = NDArray[np.float64]
 

@@ -43,6 +43,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from master.system.channel import HELD
+
 Integers = NDArray[np.int64]
 Floats = NDArray[np.float64]
 
@@ -63,32 +65,8 @@ class Operation(IntEnum):
     CHECK = 10
 
 
-class Mode(IntEnum):
-    """What a channel does with its value: pass it on, hold the last one, or give the start value."""
-
-    PASS = 0
-    FREEZE = 1
-    DROP = 2
-
-
-class Channel(IntEnum):
-    """Columns of a row of `channels`."""
-
-    MODE = 0
-    OFFSET = 1
-    DELAY = 2
-    JITTER = 3
-    FALLBACK = 4
-    RANDOM = 5
-    DRAWN = 6
-    MORE = 7
-    HELD = 8
-
-
 # The same as integers, for compiled code: enumerations there cost seconds of compilation.
 COPY, FEED, STEP, KEEP, COLLECT, EXTRAPOLATE, CHANNEL, MAP, SAVE, RESTORE, CHECK = map(int, Operation)
-PASS, FREEZE, DROP = map(int, Mode)
-MODE, OFFSET, DELAY, JITTER, FALLBACK, RANDOM, DRAWN, MORE, HELD = map(int, Channel)
 
 # Cells of a row, see `Memory`.
 OPERATION_WIDTH = 6
@@ -119,7 +97,7 @@ class Memory(NamedTuple):
     `states`: address of each slave's saved state
     `loops`: [operation to go back to, first row of `residuals`, after the last, most passes, passes]
     `residuals`: [source, target, conversion]: |factor * source + offset - target|, at most `tolerances`
-    `channels`: a row of columns as in `Channel` for each connection under a scenario
+    `channels`: a row of columns as in `master.system.channel.Channel` for each connection under a scenario
     `position`: cells that say which tick, slave and function is going on, see `process.position`
     """
 

@@ -9,6 +9,7 @@ import pytest
 from fmu_sources.composed.composition import all_slots, with_effect
 from fmu_sources.composed.registry import load, model_files
 from fmu_sources.effects.catalogue import candidates, effect
+from fmu_sources.export.dependencies import influences
 from fmu_sources.export.documentation import documentation_files
 from fmu_sources.export.terminals import terminal_files
 from fmu_sources.framework.arithmetic import PYTHON
@@ -20,13 +21,23 @@ PAST_A_STOP = r"leg_reference\[1\]: leg 1 is commanded past a stop, got 3\.4"
 OWN = {"name", "description", "variables"}
 
 
+METHODS = [name for name, path in model_files().items() if path.parent.name == "compensators"]
+UNUSED = {  # plugs that a method has and does not read
+    (name, v.name)
+    for name in METHODS
+    for v in load(name).group(Role.INPUT)
+    if not any(v.name in inputs for inputs in influences(load(name)).values())
+}
+
+
 def composed_models():
     """Each model with one effect in each slot, another one from slot to slot."""
     found = []
     for name in model_files():
         for i, slot in enumerate(all_slots(load(name))):
             fitting = candidates(slot)
-            found.append((name, slot.name, fitting[i % len(fitting)].name))
+            if (name, slot.name) not in UNUSED:
+                found.append((name, slot.name, fitting[i % len(fitting)].name))
     return found
 
 
@@ -143,6 +154,12 @@ def test_what_a_base_declares_beside_the_fields_of_a_model_is_kept():
     assert model.something_new == ("kept",)
     assert model.terminals == Own.terminals
     assert isinstance(model, Own)
+
+
+def test_an_effect_on_an_input_that_nothing_reads_is_refused():
+    assert ("force_lead", "s_act") in UNUSED
+    with pytest.raises(ValueError, match=r"force_lead\.s_act: the equations do not call this slot"):
+        with_effect(load("force_lead"), "s_act", effect("offset"))
 
 
 def test_the_compensator_keeps_its_three_plugs():

@@ -2,7 +2,7 @@
 
 import pytest
 
-from master.fmi.description import read_description
+from master.fmi.description_reader import read_description
 from master.fmi.values import parse, start_notes
 from tests.stubs.descriptions import archive
 

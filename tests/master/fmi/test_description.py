@@ -1,7 +1,8 @@
 import pytest
 
 from master.errors import ConfigError
-from master.fmi.description import Kind, read_description
+from master.fmi.description import Kind
+from master.fmi.description_reader import read_description
 from master.fmi.value_types import FLOAT64, INT32, INT_BOOLEAN
 from tests.stubs.descriptions import XML, archive
 

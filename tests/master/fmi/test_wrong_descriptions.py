@@ -7,7 +7,7 @@ from contextlib import suppress
 import pytest
 
 from master.errors import ConfigError
-from master.fmi.description import read_description
+from master.fmi.description_reader import read_description
 from tests.stubs.descriptions import XML, archive
 
 XML_3 = """<?xml version="1.0" encoding="UTF-8"?>

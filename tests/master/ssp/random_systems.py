@@ -6,7 +6,8 @@ import random
 from pathlib import Path
 from typing import Any
 
-from master.fmi.description import Description, Kind, read_description
+from master.fmi.description import Description, Kind
+from master.fmi.description_reader import read_description
 
 FMUS = Path(__file__).parents[3] / "fmus"
 SOURCES = (

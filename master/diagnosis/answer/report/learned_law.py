@@ -24,7 +24,7 @@ SHOWN = {"sign": "velocity", "plays": "position", "cycle": "time"}
 
 def law(part: PartResult) -> Figure:
     """Draw what the last effect adds over each of its signals; the other one is the colour."""
-    added, system = part.chosen.added[-1], part.study.system
+    added, system = part.chosen.effects[-1], part.study.system
     values, signals = along(part)
     first, second = (SHOWN.get(n, n) for n in added.effect.removeprefix("learned_").split("_"))
     every = max(1, len(values) // MOST_POINTS)
@@ -45,12 +45,12 @@ def law(part: PartResult) -> Figure:
 
 def along(part: PartResult) -> tuple[Array, dict[str, Array]]:
     """What the last effect adds at every sample of the recordings, and the slot's signals there."""
-    added, study = part.chosen.added[-1], part.study
+    added, study = part.chosen.effects[-1], part.study
     begin = f"{added.fmu}.{added.prefix}_"
     given = dict(part.chosen.fixed) | dict(part.fit.values)
     p = SimpleNamespace(**{v.name: given.get(begin + v.name, v.start) for v in added.law.parameters})
     signals = dict(study.signals[f"{added.fmu}.{added.slot}"])
-    signals["time"] = np.concatenate([r.t for r in study.bench.recordings.values()])
+    signals["time"] = study.bench.times
     values = replayed(added.law, p, signals) if added.law.states else at_once(added.law, p, signals)
     signals["memory"] = np.gradient(signals[_remembered(added.law)]) / study.bench.period
     return values, signals
@@ -63,7 +63,7 @@ def _remembered(law: Effect) -> str:
 
 def _label(part: PartResult, role: str) -> str:
     """Name a signal with its unit; a memory is seen as the rate of what it remembers."""
-    added, system = part.chosen.added[-1], part.study.system
+    added, system = part.chosen.effects[-1], part.study.system
     slot = f"{added.fmu}.{added.slot}"
     if role != "memory":
         return role_label(system, slot, role)

@@ -54,7 +54,7 @@ def panels(diagnosis: Diagnosis, sealed: Mapping[str, SealedPart], folder: Path)
 def _panels(
     diagnosis: Diagnosis, part: PartResult, sealed: Mapping[str, SealedPart], folder: Path
 ) -> list[Panel]:
-    name = part.study.bench.part.name
+    name = part.name
     stem = name.replace(" and ", "_")
 
     def panel(kind: str, figure: Figure, text: str, charts: Sequence[Chart] = ()) -> Panel:
@@ -65,8 +65,8 @@ def _panels(
     if not part.is_exact:
         found.append(panel("residual", residual(part), RESIDUAL, residual_charts(part)))
         found.append(panel("where", where(part), WHERE))
-    if part.found is not None and any(step.ranked for step in part.found.rounds):
-        found.append(panel("rivals", rivals(part.found), RIVALS))
-    if part.learned is not None and part.learned.extended.added == part.chosen.added:
+    if part.search is not None and any(step.ranked for step in part.search.rounds):
+        found.append(panel("rivals", rivals(part.search), RIVALS))
+    if part.learned is not None and part.learned.model.effects == part.chosen.effects:
         found.append(panel("learned", law(part), f"The law that was learned: {part.learned.shape}."))
     return found

@@ -43,7 +43,7 @@ def residuals_of(part: PartResult) -> Residuals:
     left = {BEFORE: (study.measured - part.base.predicted)[:, worst]}
     if part.has_effect:
         left = {AFTER: (study.measured - part.fit.predicted)[:, worst]} | left
-    key = study.bench.outputs[worst]
+    key = part.outputs[worst]
     return Residuals(f"{key.partition('.')[2]}: residual", unit_of(study.system, key), left)
 
 
@@ -71,8 +71,8 @@ def where(part: PartResult) -> Figure:
 
 def _time(figure: Any, part: PartResult, left: Mapping[str, Array], name: str) -> None:
     ax: Any = figure.subplots()
-    rows = part.study.bench.in_use
-    t = np.asarray(np.flatnonzero(rows) * part.study.bench.row_period, dtype=float)
+    rows = part.in_use
+    t = np.asarray(np.flatnonzero(rows) * part.row_period, dtype=float)
     draw(ax, t, {k: v[rows] for k, v in left.items()})
     ax.set(xlabel="time [s]", ylabel=name)
     legend(figure, ax)
@@ -80,10 +80,9 @@ def _time(figure: Any, part: PartResult, left: Mapping[str, Array], name: str) -
 
 def spectrum_of(part: PartResult, values: Array) -> tuple[Array, Array]:
     """Frequencies [Hz] above 0 and amplitude density of a residual of shape (rows,)."""
-    bench = part.study.bench
-    own = np.nan_to_num(values[bench.in_use])
+    own = np.nan_to_num(values[part.in_use])
     segment = min(SEGMENT, max(8, len(own) // SEGMENTS))
-    frequencies, power = welch(own, 1.0 / bench.row_period, nperseg=segment)
+    frequencies, power = welch(own, 1.0 / part.row_period, nperseg=segment)
     return frequencies[1:], np.sqrt(power[1:])
 
 
@@ -111,8 +110,8 @@ def _correlations(ax: Any, part: PartResult) -> None:
 def _slot(part: PartResult) -> str | None:
     """Slot of the effect, else the first, that has a signal to draw the map over."""
     signals = part.study.signals
-    wanted = [f"{a.fmu}.{a.slot}" for a in part.chosen.added]
-    return next((s for s in (*wanted, *signals) if s in signals and len(_axes(signals[s])) == 2), None)
+    places = [e.place for e in part.chosen.effects]
+    return next((s for s in (*places, *signals) if s in signals and len(_axes(signals[s])) == 2), None)
 
 
 def _axes(signals: dict[str, Array]) -> list[str]:
@@ -123,7 +122,7 @@ def _maps(figure: Any, part: PartResult, left: Mapping[str, Array], slot: str, u
     study = part.study
     first, second = _axes(study.signals[slot])
     x, y = (study.bench.compared_rows(study.signals[slot][r]) for r in (first, second))
-    rows = study.bench.in_use
+    rows = part.in_use
     every = max(1, int(rows.sum()) // MOST_POINTS)
     limit = float(np.nanpercentile(np.abs(left[BEFORE][rows]), LIMIT)) or 1.0
     axes: Any = figure.subplots(1, 2, sharex=True, sharey=True)

@@ -7,14 +7,14 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from master.diagnosis.numerics.gains import ERRORS, SMALLEST_GAIN
-from master.diagnosis.search.rounds import Found, Round
+from master.diagnosis.search.rounds import Round, SearchResult
 
 from .drawing import AFTER, COLOURS, new_figure
 
 ROW = 0.26
 
 
-def rivals(found: Found) -> Figure:
+def rivals(found: SearchResult) -> Figure:
     """Draw one axis a round, best effect on top."""
     rounds = [step for step in found.rounds if step.ranked]
     counts = [len(step.ranked) for step in rounds]

@@ -5,7 +5,7 @@ import pytest
 
 from master.diagnosis.case.case import filled, load_case
 from master.diagnosis.data.measured_signals import measured
-from master.errors import ConfigError
+from master.errors import ConfigError, DataError
 
 CASE = """\
 name: small
@@ -98,7 +98,25 @@ def test_file_name_takes_the_environment(monkeypatch):
     assert filled("${DOCKLOOP_DATA}/a.mat") == "elsewhere/a.mat"
 
 
-def test_data_folder_has_a_default(monkeypatch):
-    monkeypatch.delenv("DOCKLOOP_DATA", raising=False)
+@pytest.mark.parametrize("unset", [True, False], ids=["unset", "empty"])
+def test_a_variable_without_a_value_says_what_to_set(unset, tmp_path, monkeypatch):
+    if unset:
+        monkeypatch.delenv("DOCKLOOP_DATA", raising=False)
+    else:
+        monkeypatch.setenv("DOCKLOOP_DATA", "")
+    path = write(tmp_path, CASE.replace("file: run.npz", 'file: "${DOCKLOOP_DATA}/emps/run.npz"'))
 
-    assert filled("${DOCKLOOP_DATA}/a.mat").endswith("shared/data/a.mat")
+    [problem] = faults(path)
+
+    assert problem.startswith("3: recordings.run: ${DOCKLOOP_DATA}/emps/run.npz: environment variable")
+    assert "DOCKLOOP_DATA: not set, got none, expected the folder" in problem
+
+
+def test_all_variables_that_are_not_set_are_named(monkeypatch):
+    monkeypatch.delenv("ONE_FOLDER", raising=False)
+    monkeypatch.delenv("ANOTHER_FOLDER", raising=False)
+
+    with pytest.raises(DataError) as caught:
+        filled("${ONE_FOLDER}/${ANOTHER_FOLDER}/${ONE_FOLDER}.csv")
+
+    assert len(str(caught.value).splitlines()) == 2

@@ -51,7 +51,7 @@ def test_faults_of_a_split_are_reported_together():
     assert str(caught.value).splitlines() == [
         "split.sealed: got no recording, expected at least one",
         "split: no such recording, got 'b', expected one of ['a']",
-        "split: 'a' stands twice, expected once",
+        "split: 'a' is there twice, expected once",
     ]
 
 

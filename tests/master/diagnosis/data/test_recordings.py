@@ -120,7 +120,7 @@ def test_wrong_unit_of_a_rate_is_reported(tmp_path):
     (found,) = faults(csv(tmp_path, speed=table()["speed"] * 25.4), rates={"s": "v"})
 
     assert found.startswith("run: v is not the rate of s: its integral is 25.")
-    assert found.endswith("of the way, expected about 1 (wrong unit, scale or sign?)")
+    assert found.endswith("of its change, expected about 1 (wrong unit, scale or sign?)")
 
 
 def test_too_few_samples_are_reported(tmp_path):
@@ -152,7 +152,7 @@ def test_tables_of_other_programs_are_refused_with_a_hint(tmp_path):
     path = tmp_path / "run.csv"
     for text, message in (
         ("time;way\n0;1\n", "cells are separated by ';', expected ','"),
-        ("time,way,way,speed,force\n0,1,1,1,1\n", "column 'way' stands 2 times, expected once"),
+        ("time,way,way,speed,force\n0,1,1,1,1\n", "column 'way' is there 2 times, expected once"),
     ):
         path.write_text(text)
         assert any(message in line for line in faults(path))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from master.diagnosis.judge.plausible import size_against, slope_of_small
+from master.diagnosis.numerics.likeness import size_against, slope_of_small
 
 MODEL = np.sin(np.arange(500) / 20.0) + 2.0
 NOISE = np.random.default_rng(1).standard_normal(500)

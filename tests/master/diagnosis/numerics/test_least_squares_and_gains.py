@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from master.diagnosis.numerics.gains import over
-from master.diagnosis.numerics.least_squares import Candidate, Parameter, fit
-from master.diagnosis.search.families import is_accepted, is_worse
+from master.diagnosis.numerics.gains import gain_over, is_accepted, is_worse
+from master.diagnosis.numerics.least_squares import Candidate, FreeParameter, fit
 
 T = np.arange(4000) * 1e-3
 X = np.cos(8.0 * T) * np.exp(-0.2 * T)
@@ -25,9 +24,9 @@ IN_USE = T < 2.4
 
 def model(*names):
     parameters = (
-        Parameter("k", 0.5, 0.0, 10.0),
-        Parameter("c", 0.1),
-        *(Parameter(n, 0.0, scale=0.1) for n in names),
+        FreeParameter("k", 0.5, 0.0, 10.0),
+        FreeParameter("c", 0.1),
+        *(FreeParameter(n, 0.0, scale=0.1) for n in names),
     )
 
     def simulate(theta):
@@ -59,7 +58,7 @@ def test_fit_says_which_parameter_lies_at_its_bound():
 
 
 def test_prior_holds_what_the_data_do_not_know():
-    blind = Candidate("blind", (Parameter("a", 3.0, spread=1.0),), lambda theta: np.zeros((len(T), 1)))
+    blind = Candidate("blind", (FreeParameter("a", 3.0, spread=1.0),), lambda theta: np.zeros((len(T), 1)))
 
     assert fit(blind, measured(), IN_USE).values["a"] == pytest.approx(3.0)
 
@@ -68,7 +67,7 @@ def test_diverged_simulation_is_avoided():
     def simulate(theta):
         return np.full((len(T), 1), np.nan) if theta[0] > 2.0 else theta[0] * X[:, None]
 
-    found = fit(Candidate("a", (Parameter("a", 0.5, 0.0, 10.0),), simulate), X[:, None], IN_USE)
+    found = fit(Candidate("a", (FreeParameter("a", 0.5, 0.0, 10.0),), simulate), X[:, None], IN_USE)
     assert found.values["a"] == pytest.approx(1.0, abs=1e-6)
 
 
@@ -76,7 +75,7 @@ def test_second_start_finds_the_other_side():
     def simulate(theta):
         return ((theta[0] ** 2 - 1.0) ** 2 + 0.1 * (1.0 - theta[0]) + 1.05) * X[:, None]
 
-    parameter = (Parameter("a", -1.0, -3.0, 3.0),)
+    parameter = (FreeParameter("a", -1.0, -3.0, 3.0),)
     y = X[:, None]
     one = fit(Candidate("one", parameter, simulate), y, IN_USE)
     two = fit(Candidate("two", parameter, simulate, starts=({}, {"a": 1.2})), y, IN_USE)
@@ -89,7 +88,7 @@ def gains(y, before=(), names=LAWS):
     """Gain of each law over the model with those before, by name."""
     start = fit(model(*before), y, IN_USE)
     rivals = {n: fit(model(*before, n), y, IN_USE) for n in names if n not in before}
-    return {n: over(start, found, y, BLOCKS, np.ones(1)) for n, found in rivals.items()}
+    return {n: gain_over(start, found, y, BLOCKS, np.ones(1)) for n, found in rivals.items()}
 
 
 @pytest.mark.parametrize("name", ["cubic", "coulomb", "quadratic"])

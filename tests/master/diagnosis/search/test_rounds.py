@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from master.diagnosis.numerics.gains import gain, over
+from master.diagnosis.numerics.gains import gain, gain_over, is_accepted, is_worse
 from master.diagnosis.numerics.least_squares import Fit
-from master.diagnosis.replay.candidate_models import Added
-from master.diagnosis.search.families import Ranked, family, is_accepted, is_beaten, is_worse
+from master.diagnosis.replay.placed_effect import PlacedEffect
+from master.diagnosis.search.extended_model import ExtendedModel
+from master.diagnosis.search.families import Ranked, family, is_beaten
 from master.diagnosis.search.rounds import Round, _is_enough, _most_of_the_rest
-from master.diagnosis.search.study import Extended
 
 N, BLOCKS = 1200, [slice(100 * i, 100 * (i + 1)) for i in range(12)]
 T = np.linspace(0.0, 6.0, N)
@@ -30,17 +29,14 @@ def gains(values, spread=0.01, seed=1):
 
 def ranked(mean, n_parameters, predicted, effect="coulomb"):
     found = gain(fitted(predicted), np.ones(12), np.full(12, np.exp(-mean)))
-    added = (Added("sensor", "output", effect),)
-    return Ranked(Extended(added, parameters=(None,) * n_parameters), found)
+    effects = (PlacedEffect("sensor", "output", effect),)
+    return Ranked(ExtendedModel(effects, parameters=(None,) * n_parameters), found)
 
 
 @pytest.fixture
-def study():
+def study(study_of):
     """What is measured is zero: a prediction is its own error."""
-    zero, size = np.zeros((N, 1)), np.ones(1)
-    return SimpleNamespace(
-        held_out=BLOCKS, size=size, gain=lambda before, after: over(before, after, zero, BLOCKS, size)
-    )
+    return study_of(np.zeros((N, 1)), BLOCKS)
 
 
 def test_clear_gain_is_accepted_and_a_lucky_one_of_many_is_not():
@@ -58,7 +54,8 @@ def test_gain_in_few_blocks_counts_against_what_chance_makes():
 
     base = fitted(np.zeros(N))
     true, lucky = (
-        over(base, fitted(p), measured, BLOCKS, np.ones(1)) for p in (effect, 0.1 * rng.standard_normal(N))
+        gain_over(base, fitted(p), measured, BLOCKS, np.ones(1))
+        for p in (effect, 0.1 * rng.standard_normal(N))
     )
 
     assert is_accepted(true, 22)
@@ -87,8 +84,6 @@ def test_what_happens_in_few_blocks_decides_too(study):
 
 
 def test_search_ends_where_next_to_nothing_is_left(study):
-    study.measured = np.zeros((N, 1))
-
     assert _is_enough(study, fitted(20.0 * np.sin(T)), fitted(np.cos(T)))
     assert not _is_enough(study, fitted(10.0 * np.sin(T)), fitted(np.cos(T)))
 
@@ -140,7 +135,7 @@ def test_lag_like_one_with_more_parameters_stays_in_the_family(study):
 
 def test_behind_nearly_everything_only_what_explains_most_of_the_rest_counts():
     much, little = (
-        Round(None, (), (Ranked(Extended(), replace(gains(0.5), share=share)),)) for share in (0.6, 0.4)
+        Round(None, (), (Ranked(ExtendedModel(), replace(gains(0.5), share=share)),)) for share in (0.6, 0.4)
     )
 
     assert _most_of_the_rest(much).family == much.family

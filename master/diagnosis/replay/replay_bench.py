@@ -1,0 +1,227 @@
+"""A part of the system over its recordings: inputs as tables, what was measured, where a replay starts."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.signal import decimate
+
+from master.diagnosis.case.case import Case, ReplayEntry
+from master.diagnosis.case.cut import CutPart, Values
+from master.diagnosis.data.recordings import Recording
+from master.diagnosis.numerics.arrays import Array, Mask
+from master.text.signal_name import SignalName
+
+from .replayer import Player, ReplayFailure
+from .start_values import Bounds, StartEstimate, by_grid, by_steps
+
+
+@dataclass(frozen=True)
+class Segment:
+    """A replay from start values of its own: rows `begin` to `end` (not included) of a recording."""
+
+    recording: str
+    begin: int
+    end: int
+
+    def __len__(self) -> int:
+        return self.end - self.begin
+
+
+class ReplayBench:
+    """
+    Recordings of one part, one after the other.
+
+    Samples are those of the recordings, rows those that are compared, after cutting and decimation.
+    `measured` has shape (rows, outputs); `in_use` is false while a replay settles. `fitted` names the
+    recordings that a fit sees (all if None): a start value that it gives is theirs, in the others it is
+    estimated.
+    """
+
+    def __init__(
+        self,
+        part: CutPart,
+        recordings: Mapping[str, Recording],
+        case: Case,
+        fitted: Collection[str] | None = None,
+    ) -> None:
+        self.part = part
+        self.recordings = recordings
+        self.options: ReplayEntry = case.replay
+        self.fitted = set(recordings if fitted is None else fitted)
+        self.period = next(iter(recordings.values())).period
+        self.outputs = list(part.compared)
+        self.starts: Bounds = {k: v for k, v in case.starts.items() if SignalName(k).instance in part.fmus}
+        windows = [w for fmu, w in self.options.windows.items() if fmu in part.fmus]
+        self.is_windowed = bool(windows)
+        self.segments = [s for r in recordings.values() for s in _segments(r, windows)]
+        self.data = {name: self._table(r) for name, r in recordings.items()}
+        self.raw = {name: self._measured(r) for name, r in recordings.items()}
+        compared = {name: self.compared(values) for name, values in self.raw.items()}
+        self.lengths = {name: len(values) for name, values in compared.items()}
+        self.measured = self._joined(compared)
+        self.in_use = self._in_use()
+
+    @property
+    def name(self) -> str:
+        """Name of the part."""
+        return self.part.name
+
+    @property
+    def row_period(self) -> float:
+        """Time between compared rows [s]."""
+        return self.period * self.options.decimate
+
+    @property
+    def times(self) -> Array:
+        """Time in its replay of every sample of all recordings [s], shape (samples,)."""
+        return np.concatenate([np.arange(len(r)) * self.period for r in self.recordings.values()])
+
+    def first_sample(self, recording: str) -> int:
+        """First sample of a recording among those of all."""
+        names = list(self.recordings)
+        return sum(len(self.recordings[n]) for n in names[: names.index(recording)])
+
+    def begin(self, recording: str) -> int:
+        """First row of a recording among those of all."""
+        names = list(self.lengths)
+        return sum(self.lengths[n] for n in names[: names.index(recording)])
+
+    def predict(self, player: Player, values: Values, *, everything: bool = True) -> Array:
+        """Replay all, or what a fit sees; shape (rows, outputs), NaN where it failed or was left out."""
+        outputs = self.replayed(player, values, everything=everything)
+        return self._joined({name: self.compared(v) for name, v in outputs.items()})
+
+    def replayed(self, player: Player, values: Values, *, everything: bool = True) -> dict[str, Array]:
+        """Outputs at all samples by recording, shape (samples, outputs), before cutting and decimation."""
+        places = self._places(player)
+        outputs = {name: np.full(v.shape, np.nan) for name, v in self.raw.items()}
+        for s in self.segments if everything else self._fitted_segments():
+            played = self._play(player, self._with_starts(player, values, s), s)
+            outputs[s.recording][s.begin : s.end] = played[: len(s), places]
+        return outputs
+
+    def starts_of(self, player: Player) -> list[str]:
+        """Start values that a fit can find: it sees one recording, without windows."""
+        if self.is_windowed or len(self._fitted_segments()) != 1:
+            return []
+        return self._known_starts(player)
+
+    def estimated(self, player: Player, values: Values) -> dict[str, float]:
+        """Estimate those start values on the first part of the recording, by `fmu.variable`."""
+        starts = self.starts_of(player)
+        given = self._with_starts(player, values, self._fitted_segments()[0])
+        return {key: float(given[SignalName(key).instance][SignalName(key).variable]) for key in starts}
+
+    def failure(self, player: Player, values: Values) -> ReplayFailure | None:
+        """Replay all again and say what is wrong with the first segment that fails; None if none does."""
+        for s in self.segments:
+            self._play(player, self._with_starts(player, values, s), s)
+            if player.failure is not None:
+                return player.failure
+        return None
+
+    def record(self, player: Player, values: Values) -> dict[str, Array]:
+        """Replay everything and return all signals that the player reads, by name, shape (samples,)."""
+        played = [self._play(player, values, s)[: len(s)] for s in self.segments]
+        return dict(zip(player.names, np.concatenate(played).T, strict=True))
+
+    def signal(self, name: str) -> Array:
+        """A measured signal over all recordings, shape (samples,)."""
+        return np.concatenate([r[name] for r in self.recordings.values()])
+
+    def compared_rows(self, values: Array) -> Array:
+        """Pick from a signal over all samples the compared rows, unfiltered, shape (rows,)."""
+        cut = self.options.cut
+        rows = []
+        for recording in self.recordings:
+            first = self.first_sample(recording)
+            own = values[first : first + len(self.recordings[recording])]
+            rows.append(own[cut : len(own) - cut][:: self.options.decimate])
+        return np.concatenate(rows)
+
+    def compared(self, values: Array) -> Array:
+        """Cut and decimate signals at all samples of a recording, shape (samples, n) to (rows, n)."""
+        cut = self.options.cut
+        every = self.options.decimate
+        values = values[cut : len(values) - cut] if cut else values
+        if every == 1:
+            return values
+        if not np.isfinite(values).all():
+            return np.full((len(values[::every]), values.shape[1]), np.nan)
+        return np.asarray(decimate(values, every, axis=0, zero_phase=True))
+
+    def _places(self, player: Player) -> list[int]:
+        """Columns of the compared outputs in what a player returns."""
+        return [player.names.index(name) for name in self.outputs]
+
+    def _fitted_segments(self) -> list[Segment]:
+        return [s for s in self.segments if s.recording in self.fitted]
+
+    def _known_starts(self, player: Player) -> list[str]:
+        """Start values of the case that belong to variables of the player's FMUs."""
+        variables = {link.name: link.description.by_name for link in player.chain}
+        starts = [SignalName(key) for key in self.starts]
+        return [s for s in starts if s.variable in variables.get(s.instance, {})]
+
+    def _with_starts(self, player: Player, values: Values, s: Segment) -> Values:
+        """Values with the start values that are to be estimated and are not given."""
+        given = {f"{fmu}.{name}" for fmu, own in values.items() for name in own}
+        is_given = s.recording in self.fitted and not self.is_windowed
+        names = [k for k in self._known_starts(player) if not (is_given and k in given)]
+        if not names:
+            return values
+        places = self._places(player)
+        estimate = StartEstimate(
+            play=lambda v, n: self._play(player, v, s, n)[:, places],
+            values=values,
+            target=self.raw[s.recording][s.begin : s.end],
+        )
+        if len(names) == 1 and not self.is_windowed:
+            return by_grid(estimate, names[0], self.starts[names[0]])
+        return by_steps(estimate, {name: self.starts[name] for name in names})
+
+    def _play(self, player: Player, values: Values, s: Segment, rows: int | None = None) -> Array:
+        """Replay a segment or its first rows; shape (rows, names of the player)."""
+        m = self.options.oversample
+        n_steps = ((len(s) if rows is None else min(rows, len(s))) - 1) * m
+        segment = (s.begin * m, n_steps)
+        return player.play(values, self.data[s.recording], segment, self.period / m, m)
+
+    def _table(self, r: Recording) -> Array:
+        """Inputs at every step, shape (steps + 1, columns)."""
+        m = self.options.oversample
+        places = np.arange((len(r) - 1) * m + 1) / m
+        columns = []
+        for signal, row in self.part.columns:
+            values = r[signal]
+            if row == "start":
+                columns.append(values[np.maximum(np.ceil(places).astype(int) - 1, 0)])
+            else:
+                columns.append(values if m == 1 else CubicSpline(np.arange(len(r)), values)(places))
+        return np.ascontiguousarray(np.column_stack(columns or [np.zeros(len(places))]))
+
+    def _measured(self, r: Recording) -> Array:
+        return np.column_stack([r[self.part.compared[name]] for name in self.outputs])
+
+    def _joined(self, values: Mapping[str, Array]) -> Array:
+        return np.concatenate([values[name] for name in self.recordings])
+
+    def _in_use(self) -> Mask:
+        settle = round(self.options.settle / self.period)
+        used = {name: np.ones(len(r)) for name, r in self.recordings.items()}
+        for s in self.segments:
+            used[s.recording][s.begin : s.begin + settle] = 0.0
+        return np.asarray(self.compared_rows(self._joined(used)) > 0.0)
+
+
+def _segments(r: Recording, windows: Sequence[float]) -> list[Segment]:
+    """Cut a recording into windows of the smallest length [s]; a short rest joins the last one."""
+    n = len(r)
+    length = n if not windows else max(2, round(min(windows) / r.period))
+    edges = [*range(0, n - length // 2, length), n]
+    return [Segment(r.name, begin, end) for begin, end in itertools.pairwise(edges)]

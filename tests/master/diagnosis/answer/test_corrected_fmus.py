@@ -1,0 +1,111 @@
+"""The corrected system: sources with effects, parameters that were fitted, paths from its new folder."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+import yaml
+
+from master.diagnosis.answer import corrected_fmus
+from master.diagnosis.answer.corrected_fmus import correct, corrected_values
+from master.diagnosis.replay.placed_effect import PlacedEffect
+from master.diagnosis.search.extended_model import ExtendedModel
+from master.system.config import Config
+
+FRICTION = PlacedEffect("axis", "friction", "coulomb")
+CONFIG = {
+    "name": "rig",
+    "step_size": 0.001,
+    "stop_time": 1.0,
+    "fmus": {
+        "axis": {"source": "servo_axis_inverse", "parameters": {"mass": 90.0, "damping": 200.0}},
+        "box": {"source": "foreign/box.fmu"},
+    },
+    "variants": {"heavy": {"axis": {"mass": 120.0}}},
+}
+
+
+def part(effects, values, *, pays=True):
+    return SimpleNamespace(
+        chosen=ExtendedModel(tuple(effects)),
+        has_effect=bool(effects),
+        parameter_gain=pays,
+        values=values,
+    )
+
+
+def diagnosis(parts, folder, variant=None):
+    system = SimpleNamespace(
+        config=Config.model_validate(CONFIG),
+        folder=folder,
+        sources={"axis": "servo_axis_inverse", "box": "foreign/box.fmu"},
+    )
+    case = SimpleNamespace(name="rig_2", variant=variant)
+    return SimpleNamespace(system=system, parts=parts, loaded=SimpleNamespace(case=case))
+
+
+@pytest.fixture
+def built(monkeypatch, tmp_path):
+    """Builds of FMUs are files that hold their own target."""
+
+    def files(targets, progress):
+        made = {}
+        for name, target in targets.items():
+            made[name] = tmp_path / "built.fmu"
+            made[name].write_text(f"{target.model} {target.flavour}")
+        return made
+
+    monkeypatch.setattr(corrected_fmus.catalogue, "files", files)
+    monkeypatch.setattr(
+        corrected_fmus.catalogue,
+        "locate",
+        lambda source, folder, flavour: SimpleNamespace(model=source, flavour=flavour),
+    )
+
+
+def test_the_new_model_is_written_in_both_flavours_and_named_in_the_system(built, tmp_path):
+    values = {"axis.mass": 95.5, "axis.friction_coulomb_level": 20.0}
+    out = tmp_path / "results" / "answer"
+
+    corrected = correct(diagnosis([part([FRICTION], values)], tmp_path), out)
+
+    name = "servo_axis_inverse__friction_coulomb"
+    assert [f.relative_to(out).as_posix() for f in corrected.files] == [
+        f"native/{name}.fmu",
+        f"python/{name}.fmu",
+        "rig_2_corrected.yaml",
+    ]
+    assert corrected.native == {"axis": out / "native" / f"{name}.fmu"}
+    assert corrected.native["axis"].read_text() == f"{name} native"
+    document = yaml.safe_load(corrected.system.read_text())
+    assert document["name"] == "rig_2_corrected"
+    assert document["fmus"]["axis"] == {
+        "source": name,
+        "parameters": {"mass": 95.5, "damping": 200.0, "friction_coulomb_level": 20.0},
+    }
+
+
+def test_a_foreign_file_is_found_from_the_new_folder(built, tmp_path):
+    out = tmp_path / "results" / "answer"
+
+    correct(diagnosis([part([FRICTION], {})], tmp_path), out)
+
+    source = yaml.safe_load((out / "rig_2_corrected.yaml").read_text())["fmus"]["box"]["source"]
+    assert (out / source).resolve() == (tmp_path / "foreign" / "box.fmu").resolve()
+    assert not Path(source).is_absolute()
+
+
+def test_a_fit_goes_over_the_variant_and_that_over_the_file(built, tmp_path):
+    correct(diagnosis([part([FRICTION], {"axis.damping": 180.0})], tmp_path, "heavy"), tmp_path / "out")
+
+    document = yaml.safe_load((tmp_path / "out" / "rig_2_corrected.yaml").read_text())
+    assert document["fmus"]["axis"]["parameters"] == {"mass": 120.0, "damping": 180.0}
+
+
+def test_parameters_that_do_not_pay_stay_as_they_are(built, tmp_path):
+    parts = [part([], {"axis.mass": 91.0}, pays=False), part([], {"box.gain": 2.0})]
+
+    assert corrected_values(diagnosis(parts, tmp_path)) == {"box": {"gain": 2.0}}
+    assert correct(diagnosis(parts, tmp_path), tmp_path / "out").native == {}

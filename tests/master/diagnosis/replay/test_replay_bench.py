@@ -1,0 +1,139 @@
+"""Recordings of a part: tables of inputs, segments, rows, start values; a formula is the FMU."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from master.diagnosis.case.cut import CutPart, MeasuredInput
+from master.diagnosis.data.recordings import Recording
+from master.diagnosis.replay.replay_bench import ReplayBench, Segment
+
+H = 1e-2
+RATE = 0.5  # 1/s, of the decay
+
+
+class Decay:
+    """y' = u - RATE y from y0, with the input of each step's row held over it: exact steps."""
+
+    names = ("box.y", "box.u_seen")
+
+    def __init__(self):
+        description = SimpleNamespace(by_name={"y": None, "y0": None})
+        self.chain = [SimpleNamespace(name="box", description=description)]
+        self.calls = []
+
+    def play(self, values, data, segment, step, every=1):
+        first, n = segment
+        self.calls.append((segment, step, every))
+        q = np.exp(-RATE * step)
+        y = values["box"].get("y0", 0.0)
+        rows = [(y, data[first, 0])]
+        for j in range(n):
+            u = data[first + j + 1, 0]
+            y = q * y + (1.0 - q) / RATE * u
+            if (j + 1) % every == 0:
+                rows.append((y, u))
+        return np.array(rows)
+
+
+def recording(name, n, u, y0=0.0):
+    """A recording of the decay under an input that is held: shape (n,)."""
+    q = np.exp(-RATE * H)
+    y = [y0]
+    for k in range(n - 1):
+        y.append(q * y[-1] + (1.0 - q) / RATE * u[k + 1])
+    return Recording(name, np.arange(n) * H, {"u": np.asarray(u, dtype=float), "y": np.array(y)}, H)
+
+
+def bench(recordings, row="end", starts=None, fitted=None, **options):
+    part = CutPart(("box",), {"box": {"u": MeasuredInput("u", row)}}, {"box": {}}, {"box.y": "y"})
+    replay = {"oversample": 1, "settle": 0.0, "windows": {}, "cut": 0, "decimate": 1} | options
+    case = SimpleNamespace(replay=SimpleNamespace(**replay), starts=starts or {})
+    return ReplayBench(part, {r.name: r for r in recordings}, case, fitted)
+
+
+def test_replay_of_what_a_linear_system_gave_is_that():
+    rng = np.random.default_rng(1)
+    one, two = recording("one", 300, rng.standard_normal(300)), recording("two", 50, np.ones(50))
+    own = bench([one, two])
+
+    predicted = own.predict(Decay(), {"box": {}})
+
+    assert predicted.shape == (350, 1)
+    assert np.abs(predicted - own.measured).max() < 1e-12
+    assert predicted[299 + 50, 0] == pytest.approx((1.0 - np.exp(-RATE * 49 * H)) / RATE)
+
+
+@pytest.mark.parametrize(("row", "seen"), [("end", [0, 1, 2, 3]), ("start", [0, 0, 1, 2])])
+def test_a_step_takes_the_row_at_its_end_or_at_its_start(row, seen):
+    r = recording("r", 4, [0.0, 1.0, 2.0, 3.0])
+
+    assert bench([r], row).record(Decay(), {"box": {}})["box.u_seen"].tolist() == seen
+
+
+def test_more_steps_than_rows_are_driven_by_a_cubic():
+    """Four points of a cubic give the cubic between them; the player is told the smaller step."""
+    t = np.arange(4) * H
+    r = Recording("r", t, {"u": (t / H) ** 3, "y": t}, H)
+    own = bench([r], oversample=4)
+    player = Decay()
+    own.predict(player, {"box": {}})
+
+    assert own.data["r"][:, 0] == pytest.approx((np.arange(13) / 4.0) ** 3, abs=1e-12)
+    assert player.calls == [((0, 12), H / 4, 4)]
+
+
+def test_windows_start_again_and_rows_while_they_settle_are_not_in_use():
+    r = recording("r", 100, np.ones(100))
+    own = bench([r], windows={"box": 30 * H, "other": H}, settle=5 * H)
+
+    assert own.segments == [Segment("r", 0, 30), Segment("r", 30, 60), Segment("r", 60, 100)]
+    assert np.flatnonzero(~own.in_use).tolist() == [*range(5), *range(30, 35), *range(60, 65)]
+
+
+def test_rows_are_cut_at_both_ends_and_decimated():
+    own = bench([recording("a", 100, np.zeros(100)), recording("b", 61, np.zeros(61))], cut=10, decimate=4)
+
+    assert own.lengths == {"a": 20, "b": 11}
+    assert own.begin("b") == 20
+    assert own.first_sample("b") == 100
+    assert own.row_period == 4 * H
+    assert own.compared_rows(np.arange(161.0)).tolist() == [*range(10, 90, 4), *range(110, 151, 4)]
+    assert own.times[[0, 99, 100, 160]].tolist() == pytest.approx([0.0, 99 * H, 0.0, 60 * H])
+
+
+def test_a_fit_sees_its_recordings_only():
+    one, two = recording("one", 40, np.ones(40)), recording("two", 40, np.ones(40))
+    own = bench([one, two], fitted={"two"})
+
+    seen = own.predict(Decay(), {"box": {}}, everything=False)
+
+    assert np.isnan(seen[:40]).all()
+    assert np.array_equal(seen[40:], own.measured[40:])
+
+
+def test_a_start_value_that_was_not_measured_is_estimated_where_none_is_given():
+    """Of the recording that is fitted on the fit gives it; the other begins elsewhere."""
+    u = np.zeros(200)
+    own = bench(
+        [recording("one", 200, u, y0=0.7), recording("two", 200, u, y0=-0.4)],
+        starts={"box.y0": (-1.0, 1.0), "other.x": (0.0, 1.0)},
+        fitted={"one"},
+    )
+    player = Decay()
+
+    assert own.starts_of(player) == ["box.y0"]
+    assert own.estimated(player, {"box": {}})["box.y0"] == pytest.approx(0.7, abs=1e-4)
+    predicted = own.predict(player, {"box": {"y0": 0.7}})
+    assert predicted[0, 0] == 0.7
+    assert predicted[200, 0] == pytest.approx(-0.4, abs=1e-4)
+
+
+def test_start_values_of_each_window_are_estimated_by_steps():
+    r = recording("r", 90, np.sin(np.arange(90) / 5.0), y0=0.3)
+    own = bench([r], windows={"box": 30 * H}, starts={"box.y0": (-1.0, 1.0)})
+
+    assert own.predict(Decay(), {"box": {}}) == pytest.approx(own.measured, abs=1e-9)

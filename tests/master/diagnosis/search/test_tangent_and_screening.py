@@ -1,0 +1,119 @@
+"""Screening on a model that is linear in its parameters: y = k x + c v + effects."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from fmu_sources.effects.framework.effect import Rms
+from master.diagnosis.numerics.least_squares import Fit, FreeParameter
+from master.diagnosis.numerics.regression import bounded_below
+from master.diagnosis.replay.placed_effect import PlacedEffect
+from master.diagnosis.search.extended_model import ExtendedModel
+from master.diagnosis.search.screening import screened
+from master.diagnosis.search.study import Study
+from master.diagnosis.search.tangent import Tangent
+
+N = 600
+T = np.arange(N) * 1e-2
+X = np.sin(2.0 * T)
+V = 2.0 * np.cos(2.0 * T)
+OFFSET = PlacedEffect("box", "output", "offset")
+GAIN = PlacedEffect("box", "output", "gain_error")
+BASE = (FreeParameter("box.k", 3.0, scale=3.0), FreeParameter("box.c", 0.5, scale=0.5, spread=0.1))
+
+
+def predicted(effects, values):
+    y = values["box.k"] * X + values["box.c"] * V
+    if GAIN in effects:
+        y = y * (1.0 + values[GAIN.variable("error")])
+    if OFFSET in effects:
+        y = y + values[OFFSET.variable("offset")]
+    return y[:, None]
+
+
+@pytest.fixture
+def study(study_of, monkeypatch):
+    """What was measured has an offset of 0.25 that the model lacks; the scale of the output is 0.1."""
+
+    def simulate(self, effects, values, everything=False):
+        return predicted(effects, values)
+
+    monkeypatch.setattr(Study, "simulate", simulate)
+    monkeypatch.setattr(Study, "signal_rms", lambda self, place: Rms(value=2.0))
+    measured = predicted((), {"box.k": 3.0, "box.c": 0.5}) + 0.25
+    rows = np.arange(N) < 400
+    return study_of(measured, [slice(400, 600)], base=BASE, fit_rows=rows, output_scale=np.array([0.1]))
+
+
+@pytest.fixture
+def base():
+    values = {"box.k": 3.0, "box.c": 0.5}
+    return Fit("base", values, {}, predicted((), values), 0.0)
+
+
+def test_tangent_holds_residual_sensitivities_and_priors(study, base):
+    tangent = Tangent(study, ExtendedModel(), base)
+
+    assert tangent.residual == pytest.approx(np.full(400, 2.5))
+    assert tangent.known["box.k"] == pytest.approx(3.0 * X[:400] / 0.1, rel=1e-8)
+    assert tangent.known["box.c"] == pytest.approx(0.5 * V[:400] / 0.1, rel=1e-8)
+    assert np.array_equal(tangent.prior, np.diag([0.0, 5.0]))
+    assert tangent.prior_left.tolist() == [0.0, 0.0]
+
+
+def test_response_of_an_effect_is_its_change_of_the_outputs(study, base):
+    tangent = Tangent(study, ExtendedModel(), base)
+    model = ExtendedModel((OFFSET,))
+
+    response = tangent.response(model, {OFFSET.variable("offset"): 0.05})
+
+    assert response == pytest.approx(np.full(400, 0.5))
+    gain = tangent.gain([response], [-np.inf])
+    assert gain.share == pytest.approx(1.0)
+    assert gain.factors == pytest.approx([5.0])
+
+
+def test_screening_finds_the_effect_and_its_size(study, base):
+    best, *_ = screened(study, ExtendedModel(), base, [GAIN, OFFSET])
+
+    assert best.model.effects == (OFFSET,)
+    assert best.gain == pytest.approx(1.0)
+    assert best.starts[0][OFFSET.variable("offset")] == pytest.approx(0.25, rel=1e-6)
+    assert set(best.known) == {"box.k", "box.c"}
+
+
+def test_an_effect_after_another_in_its_slot_sees_what_that_returns(study, base):
+    chosen = ExtendedModel((OFFSET,), {}, (FreeParameter(OFFSET.variable("offset"), 0.25, scale=0.25),))
+    values = dict(base.values) | {OFFSET.variable("offset"): 0.25}
+    tangent = Tangent(study, chosen, Fit("x", values, {}, predicted((OFFSET,), values), 0.0))
+
+    model = ExtendedModel((OFFSET, GAIN))
+    response = tangent.response(model, {GAIN.variable("error"): 0.1})
+
+    exact = predicted((OFFSET, GAIN), values | {GAIN.variable("error"): 0.1}) - predicted((OFFSET,), values)
+    assert response == pytest.approx(exact[:400, 0] / 0.1)
+    assert tangent.power == pytest.approx(0.0, abs=1e-12)
+
+
+def test_a_factor_below_its_bound_is_left_out_by_hand():
+    """Residual (3, -2) on two responses (1, 0) and (0, 1) of which none may be negative."""
+    none = np.zeros((0, 0))
+    result = bounded_below(
+        np.array([3.0, -2.0]), [], none, np.zeros(0), [np.array([1.0, 0.0]), np.array([0.0, 1.0])], [0.0, 0.0]
+    )
+
+    assert result.factors.tolist() == pytest.approx([3.0, 0.0])
+    assert result.power == pytest.approx(4.0)
+
+
+def test_a_prior_pulls_a_free_column_by_hand():
+    """Minimise (1 - a)^2 + (0 - a)^2: a = 1/2, and 1/2 is left."""
+    result = bounded_below(np.array([1.0]), [np.array([1.0])], np.eye(1), np.zeros(1), [], [])
+
+    assert result.power == pytest.approx(0.5)
+
+
+def test_a_study_does_not_change_after_it_was_made(study):
+    with pytest.raises(AttributeError):
+        study.output_scale = np.ones(1)
