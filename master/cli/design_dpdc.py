@@ -9,7 +9,8 @@ import click
 import numpy as np
 
 from master.docking.phase_lead import Design, design
-from master.errors import ConfigError
+from master.errors import ConfigError, expected
+from master.experiment.phase_lead import ATTRIBUTES
 from master.experiment.prepare import Request, prepare
 from master.system.config import PhaseLead
 
@@ -65,6 +66,8 @@ def design_dpdc(
 
 def _span(text: str) -> tuple[str, tuple[float, float]]:
     name, _, span = text.partition("=")
+    if name not in ATTRIBUTES:
+        raise ConfigError([f"--range: no such attribute, got {name!r}, {expected(name, ATTRIBUTES)}"])
     try:
         least, largest = (float(value) for value in span.split(":"))
     except ValueError:
