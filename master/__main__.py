@@ -1,16 +1,29 @@
 """The command `dockloop`, also `python -m master`."""
 
-from .process.signals import end_at_once
+import os
+
+from .process import signals
 
 __all__ = ["main"]
 
 
 def main() -> None:
     """Run the command; a signal ends it at any moment with the status that signals have."""
-    end_at_once()
-    from .cli import main as command
+    signals.end_at_once()
+    try:
+        from .process import temporary
 
-    command()
+        temporary.make()
+        # pydantic would search all installed packages for plug-ins, which takes longer than to check a system
+        os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
+        from .cli import main as command
+
+        command()
+    finally:
+        signals.ignore()
+        temporary.remove()
+        signals.end_as_the_system_does()
+        signals.exit_if_unheeded()
 
 
 if __name__ == "__main__":

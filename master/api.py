@@ -22,6 +22,6 @@ def prepare_to_run(
     experiment = prepare(path, request, progress)
     if experiment.phase_lead is None or experiment.is_designed:
         return experiment
-    from master.analysis.design.phase_lead import designed
+    from master.docking.phase_lead import designed
 
     return designed(experiment)

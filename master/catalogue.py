@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from fmu_sources.composed import registry
 from fmu_sources.export import build
-from fmu_sources.export.native import NativeBuildError
 
 from .errors import ConfigError, expected, shown
 
@@ -39,6 +37,8 @@ def locate(source: str, folder: Path, flavour: str) -> Path | build.Target:
     try:
         return build.target(source, flavour)
     except KeyError:
+        from fmu_sources.composed import registry
+
         models = expected(source, registry.model_files())
         raise ConfigError([f"no such model, got {shown(source)}, {models}, or a path to an FMU"]) from None
 
@@ -74,6 +74,8 @@ def files(targets: Mapping[str, Path | build.Target], progress: Progress) -> dic
 
 
 def _build(target: build.Target, progress: Progress) -> Path:
+    from fmu_sources.export.native import NativeBuildError
+
     progress(f"building {target.model}.fmu ({target.flavour})")
     try:
         return build.build(target)

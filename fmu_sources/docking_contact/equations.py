@@ -27,7 +27,11 @@ PARAMETERS = (
     parameter("k_p_frequency", 1.0, "Hz", "Frequency of the variation of k_p", minimum=0.0),
 )
 
-LINEAR = (Linear("k_p_amplitude", 0.0, "a stiffness that varies with time stands at its mean"),)
+LINEAR = (
+    Linear(
+        "k_p_amplitude", 0.0, "a stiffness that varies with time stays at its mean", frequency="k_p_frequency"
+    ),
+)
 
 SLOTS = (
     Slot("rope_force", "N", "Force of the rope, positive where it pulls r back", {"r": "m", "der_r": "m/s"}),

@@ -5,6 +5,8 @@ FMUs from sources: what is missing or stale is built, the rest is left as it is.
     fmus/fmi3/<model>.fmu     native, FMI 3.0, likewise
     fmus/local/...            native, for this machine alone, where the release is older than the sources
     fmus/python/<model>.fmu   Python flavour
+
+What generates FMUs is loaded where it is used: most often all of them are there, and current.
 """
 
 from __future__ import annotations
@@ -12,14 +14,14 @@ from __future__ import annotations
 import xml.etree.ElementTree as ET
 import zipfile
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
-from ..composed.registry import ROOT, load, modules
+from ..composed.stamp_cache import StampCache
 from .manifest import read_manifest
-from .native_flavour import host_binaries, native_sources, pack_native, source_stamp
-from .python_flavour import build_python, python_sources, python_token
 from .whole_file import write_whole
 
+ROOT = Path(__file__).parents[1]
 FMU_FOLDER = ROOT.parent / "fmus"
 FLAVOURS = ("native", "python", "fmi3")
 _VERSION = {"native": "2.0", "fmi3": "3.0"}
@@ -56,11 +58,9 @@ def release_path(name: str, flavour: str, folder: Path = FMU_FOLDER) -> Path:
 
 def target(name: str, flavour: str = "native", folder: Path = FMU_FOLDER) -> Target:
     """Name the FMU of a model; KeyError if there is no such model or flavour."""
-    model, files = load(name), modules(name)
     if flavour == "python":
-        path = folder / "python" / f"{name}.fmu"
-        return Target(name, flavour, path, python_token(model, python_sources(*files)))
-    stamp = source_stamp(model, *files)
+        return Target(name, flavour, folder / "python" / f"{name}.fmu", _python_token(name))
+    stamp = _stamps().stamp(name, lambda: _native_stamp(name))
     entry = read_manifest(folder).get(name)
     if entry is not None and entry.sources == stamp:
         released = Target(name, flavour, release_path(name, flavour, folder), entry.token)
@@ -69,8 +69,31 @@ def target(name: str, flavour: str = "native", folder: Path = FMU_FOLDER) -> Tar
     return Target(name, flavour, release_path(name, flavour, folder / "local"), stamp)
 
 
+def _python_token(name: str) -> str:
+    from ..composed.registry import load, modules
+    from .python_flavour import python_sources, python_token
+
+    return python_token(load(name), python_sources(*modules(name)))
+
+
+@cache
+def _stamps() -> StampCache:
+    return StampCache()
+
+
+def _native_stamp(name: str) -> str:
+    from ..composed.registry import load, modules
+    from .native_flavour import source_stamp
+
+    return source_stamp(load(name), *modules(name))
+
+
 def build(wanted: Target) -> Path:
     """Build the FMU for this machine and put it in its place in one move."""
+    from ..composed.registry import load, modules
+    from .native_flavour import host_binaries, native_sources, pack_native
+    from .python_flavour import build_python
+
     model, files = load(wanted.model), modules(wanted.model)
     if wanted.flavour == "python":
         content = build_python(model, *files)

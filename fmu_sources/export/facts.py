@@ -91,9 +91,11 @@ def add_coupling_facts(parent: ET.Element, model: Model) -> None:
     for delay in model.delays:
         _add_delay(coupling, delay)
     for linear in model.linear:
-        ET.SubElement(
+        element = ET.SubElement(
             coupling, "Linear", parameter=linear.parameter, value=str(linear.value), reason=linear.reason
         )
+        if linear.frequency is not None:
+            element.set("frequency", linear.frequency)
     for learning in model.learning:
         ET.SubElement(coupling, "Learning", by=learning.by, item=learning.item, held=learning.held_by)
 

@@ -79,12 +79,14 @@ class Linear:
     """
     A parameter's value with which the model is linear and constant in time, for an analysis.
 
-    `value` is a number or an item of a choice; `reason` says what the analysis then leaves out.
+    `value` is a number or an item of a choice; `reason` says what the analysis then leaves out. With another
+    value the model varies with time if it names a `frequency`: the parameter [Hz] by which it repeats itself.
     """
 
     parameter: str
     value: float | str
     reason: str
+    frequency: str | None = None
 
 
 @dataclass(frozen=True)

@@ -52,7 +52,7 @@ class Analysis:
 
     @property
     def notes(self) -> list[str]:
-        """What speaks against the linear system."""
+        """Objections to the linear system."""
         found = []
         for name, part in self.coupled.parts.items():
             if part.system.curvature > SHOWN_CURVATURE:
@@ -91,15 +91,20 @@ def analyse(experiment: Experiment, factory: SlaveFactory = load) -> Analysis:
     Raises:
         FmuError: If an FMU fails, or cannot save its state.
     """
-    laboratory = Linearisation(experiment, factory, after_run=True)
-    return judge(laboratory.coupled(), laboratory)
+    linearisation = Linearisation(experiment, factory, after_run=True)
+    return judge(linearisation.coupled(), linearisation)
 
 
-def judge(coupled: LinearSystem, laboratory: Linearisation) -> Analysis:
-    """Find poles and margins of a coupled system."""
-    compare = laboratory.experiment.compare
+def judge(coupled: LinearSystem, linearisation: Linearisation) -> Analysis:
+    """
+    Find poles and margins of a coupled system.
+
+    Raises:
+        FmuError: If an FMU fails in a run, or cannot save its state.
+    """
+    compare = linearisation.experiment.compare
     signal = None if compare is None else compare.signal
-    found = poles(coupled, signal, laboratory.experiment.duration)
+    found = poles(coupled, signal, linearisation.experiment.duration)
     best = dominant(found)
     reference = None
     if compare is not None and compare.reference is not None and best is not None:
@@ -108,14 +113,15 @@ def judge(coupled: LinearSystem, laboratory: Linearisation) -> Analysis:
         reference = nearest(coupled.parts[name].system, period, best)
     frozen = Analysis(
         coupled=coupled,
-        assumptions=laboratory.assumptions,
+        assumptions=linearisation.assumptions,
         poles=tuple(found),
         dominant=best,
         reference=reference,
         growth_rate=growth_rate(coupled),
         margins=tuple(margins(coupled)),
     )
-    return _along_its_run(frozen, linearity_along_run(laboratory, coupled) if laboratory.after_run else None)
+    found_along = linearity_along_run(linearisation, coupled) if linearisation.after_run else None
+    return _along_its_run(frozen, found_along)
 
 
 def _along_its_run(frozen: Analysis, found: LinearityAlongRun | None) -> Analysis:
@@ -132,7 +138,7 @@ def _along_its_run(frozen: Analysis, found: LinearityAlongRun | None) -> Analysi
 
 
 def _shown(mode: Mode | None, step: float, frozen: Pole | None) -> Pole | None:
-    """Give a mode that a motion shows as a pole of one tick; who takes part is known of the frozen one."""
+    """Return a mode of a motion as a pole of one tick; the FMUs that participate are the frozen one's."""
     if mode is None:
         return None
     return Pole(cmath.exp(mode.pole * step), step, () if frozen is None else frozen.parts)
@@ -149,7 +155,7 @@ def _along_notes(found: LinearityAlongRun) -> list[str]:
     if found.learners:
         least, most = min(found.growths, default=0.0), max(found.growths, default=0.0)
         notes.append(
-            f"{', '.join(found.learners)}: identification goes on, and hangs on the run and its noise; over "
+            f"{', '.join(found.learners)}: learning goes on, and depends on the run and its noise; over "
             f"single periods the growth is from {least:+.4g} to {most:+.4g} 1/s, above that of the last"
         )
     if found.nonlinear is not None and found.simulated is not None:
@@ -223,7 +229,7 @@ def _head(analysis: Analysis) -> list[str]:
 
 
 def _pole_lines(found: Sequence[Pole]) -> list[str]:
-    rows = ["", f"  {'f [Hz]':>10}{'zeta':>12}{'growth':>10}{'decay [1/s]':>13}   takes part"]
+    rows = ["", f"  {'f [Hz]':>10}{'zeta':>12}{'growth':>10}{'decay [1/s]':>13}   FMUs that participate"]
     for pole in found:
         growth = pole.growth_per_cycle
         shown = "-" if growth is None else f"{growth:.4g}"
@@ -236,11 +242,11 @@ def _margin_lines(found: Sequence[Margin]) -> list[str]:
     if not found:
         return []
     wide = max(len(f"{m.source} -> {m.target}") for m in found) + 2
-    rows = ["", f"  {'connection':<{wide}}{'delay [ms]':>11}{'gain up':>10}{'down':>8}   what it bears more"]
+    rows = ["", f"  {'connection':<{wide}}{'delay [ms]':>11}{'gain up':>10}{'down':>8}   what more it bears"]
     for m in found:
         delay = "-" if m.delay is None else f"{1e3 * m.delay:.3f}"
         gains = ["-" if g is None else f"{g:.4g}" for g in (m.gain_up, m.gain_down)]
-        at = "" if m.frequency is None else f"   swings at {m.frequency:.3f} Hz"
+        at = "" if m.frequency is None else f"   oscillates at {m.frequency:.3f} Hz"
         rows.append(f"  {m.source + ' -> ' + m.target:<{wide}}{delay:>11}{gains[0]:>10}{gains[1]:>8}{at}")
     return rows
 

@@ -6,11 +6,13 @@ from pathlib import Path
 from typing import Any
 
 import click
+import numpy as np
+from numpy.typing import NDArray
 from rich.progress import Progress
 
 from master.analysis.closed_loop.linearise import Linearisation
 from master.analysis.measures.map_plot import plot_map
-from master.analysis.measures.sweep import StabilityMap, parse_axis, stability_map
+from master.analysis.measures.sweep import Axis, StabilityMap, parse_axis, stability_map
 from master.analysis.measures.zeros import zeros
 from master.analysis.summary import judge, lines, pole_dict
 from master.api import prepare_to_run
@@ -23,13 +25,14 @@ from .common import (
     FLAVOUR,
     JSON,
     SET,
-    STDERR,
     STEP_SIZE,
     VARIANT,
     answers_errors,
     print_json,
+    say,
     show_building,
 )
+from .console import STDERR
 
 
 @click.command()
@@ -62,50 +65,58 @@ def analyse(
     as_json: bool,
     **options: Any,
 ) -> None:
-    """Poles, damping, and the delay and gain that each connection of CONFIG bears more."""
+    """Poles, damping, and how much more delay and gain each connection of CONFIG bears."""
     request = Request(**options)
     experiment = prepare_to_run(config, request, show_building)
     if len(sweeps) > 2:
         raise ConfigError([f"--sweep: too many, got {len(sweeps)}, expected one or two"])
-    laboratory = Linearisation(experiment, after_run=True)
+    linearisation = Linearisation(experiment, after_run=True)
     title = " / ".join(filter(None, (experiment.name, request.variant)))
     answer: dict[str, Any] = {"name": experiment.name, "variant": request.variant}
     if sweeps:
         folder = output or Path("results") / experiment.name / (request.variant or "default")
-        found = _sweep(laboratory, sweeps)
+        found = _sweep(linearisation, sweeps)
         folder.mkdir(parents=True, exist_ok=True)
         answer |= _map_dict(found) | {"plot": str(plot_map(found, title, folder / "stability.png"))}
         text = _map_lines(answer)
     else:
-        analysis = judge(laboratory.coupled(), laboratory)
+        analysis = judge(linearisation.coupled(), linearisation)
         answer |= analysis.as_dict()
         text = lines(analysis)
         if pair is not None:
-            answer["zeros"] = _zeros(laboratory, experiment, pair)
+            answer["zeros"] = _zeros(linearisation, experiment, pair)
             text += ["", "zeros", *(f"  {z['frequency']:>10.4f}{z['zeta']:>12.6f}" for z in answer["zeros"])]
     if as_json:
         print_json(answer)
         return
-    click.echo("\n".join([title, *text]))
+    say("\n".join([title, *text]))
 
 
-def _sweep(laboratory: Linearisation, sweeps: tuple[str, ...]) -> StabilityMap:
-    x, *more = [parse_axis(text, laboratory.system) for text in sweeps]
+def _sweep(linearisation: Linearisation, sweeps: tuple[str, ...]) -> StabilityMap:
+    x, *more = [parse_axis(text, linearisation.system) for text in sweeps]
     y = more[0] if more else None
     total = len(x.values) if x.wire is None or y is None else len(y.values)
     with Progress(console=STDERR, transient=True) as bar:
         task = bar.add_task("sweeping", total=total)
-        return stability_map(laboratory, x, y, lambda: bar.advance(task))
+        return stability_map(linearisation, x, y, lambda: bar.advance(task))
 
 
 def _map_dict(found: StabilityMap) -> dict[str, Any]:
-    growth = [[None if g != g else float(g) for g in row] for row in found.growth]
     return {
-        "x": {"label": found.x.label, "values": found.x.values.tolist()},
-        "y": None if found.y is None else {"label": found.y.label, "values": found.y.values.tolist()},
-        "growth": growth,
+        "x": _axis_dict(found.x),
+        "y": None if found.y is None else _axis_dict(found.y),
+        "growth": _numbers(found.growth),
+        "damping": _numbers(found.damping),
         "boundary": [list(point) for point in found.boundary],
     }
+
+
+def _axis_dict(axis: Axis) -> dict[str, Any]:
+    return {"label": axis.label, "values": axis.values.tolist(), "own": axis.own}
+
+
+def _numbers(table: NDArray[np.float64]) -> list[list[float | None]]:
+    return [[float(value) if np.isfinite(value) else None for value in row] for row in table]
 
 
 def _map_lines(answer: dict[str, Any]) -> list[str]:
@@ -119,8 +130,8 @@ def _map_lines(answer: dict[str, Any]) -> list[str]:
     return [*rows, f"  {answer['plot']}"]
 
 
-def _zeros(laboratory: Linearisation, experiment: Experiment, pair: str) -> list[dict[str, Any]]:
-    coupled = laboratory.coupled()
+def _zeros(linearisation: Linearisation, experiment: Experiment, pair: str) -> list[dict[str, Any]]:
+    coupled = linearisation.coupled()
     source, colon, signal = pair.partition(":")
     wires = {w.target.name: w for w in coupled.wires}
     outputs = [name for part in coupled.parts.values() for name in part.outputs]

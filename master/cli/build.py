@@ -15,7 +15,8 @@ from fmu_sources.export.manifest import Entry
 from fmu_sources.export.native import NativeBuildError
 from master.errors import ConfigError, expected
 
-from .common import FLAVOUR, STDERR, answers_errors
+from .common import FLAVOUR, answers_errors, say
+from .console import STDERR
 
 
 @click.command()
@@ -51,11 +52,11 @@ def _build(targets: list[builder.Target], only_check: bool) -> None:
     stale = [t for t in targets if not t.is_current()]
     if only_check:
         _refuse_differences(t.path for t in stale)
-        click.echo(f"{len(targets)} FMUs are what their sources give")
+        say(f"{len(targets)} FMUs are what their sources give")
         return
     for target in track(stale, "building", console=STDERR, transient=True):
         builder.build(target)
-    click.echo(f"{len(stale)} FMUs built, {len(targets) - len(stale)} up to date")
+    say(f"{len(stale)} FMUs built, {len(targets) - len(stale)} up to date")
 
 
 def _release(models: tuple[str, ...], only_check: bool) -> None:
@@ -75,10 +76,10 @@ def _release(models: tuple[str, ...], only_check: bool) -> None:
         entries |= entry
     if only_check:
         _refuse_differences(releaser.differences(files, entries))
-        click.echo(f"{len(files)} FMUs of the release are what their sources give")
+        say(f"{len(files)} FMUs of the release are what their sources give")
         return
     releaser.write_release(files, entries)
-    click.echo(f"{len(files)} FMUs of the release written to {builder.FMU_FOLDER.name}/")
+    say(f"{len(files)} FMUs of the release written to {builder.FMU_FOLDER.name}/")
 
 
 def _refuse_differences(paths: Iterable[Path]) -> None:

@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any
 
 import click
-from rich.console import Console
 
 from master.catalogue import FLAVOURS
 from master.errors import ConfigError, MasterError
@@ -37,8 +36,6 @@ FLAVOUR = click.option(
     show_default=True,
     help="Kind of FMU: native (FMI 2.0), fmi3 (native, FMI 3.0) or python.",
 )
-
-STDERR = Console(stderr=True, highlight=False, soft_wrap=True)
 
 
 def say(text: str, *, err: bool = False) -> None:
@@ -75,4 +72,6 @@ def answers_errors(command: Callable[..., None]) -> Callable[..., None]:
 
 def show_building(text: str) -> None:
     """Say what is being built."""
+    from .console import STDERR
+
     STDERR.print(printable(text), style="dim", markup=False)

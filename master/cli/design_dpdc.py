@@ -8,12 +8,23 @@ from typing import Any
 import click
 import numpy as np
 
-from master.analysis.design.phase_lead import Design, design
+from master.docking.phase_lead import Design, design
 from master.errors import ConfigError
 from master.experiment.prepare import Request, prepare
 from master.system.config import PhaseLead
 
-from .common import CONFIG, FLAVOUR, JSON, SET, STEP_SIZE, VARIANT, answers_errors, print_json, show_building
+from .common import (
+    CONFIG,
+    FLAVOUR,
+    JSON,
+    SET,
+    STEP_SIZE,
+    VARIANT,
+    answers_errors,
+    print_json,
+    say,
+    show_building,
+)
 
 
 @click.command("design-dpdc")
@@ -49,7 +60,7 @@ def design_dpdc(
         about = {"name": experiment.name, "fmu": wanted.fmu, "amplitude": amplitude}
         print_json(about | found.as_dict())
         return
-    click.echo("\n".join([f"{experiment.name}: phase lead of {wanted.fmu}", *_lines(found)]))
+    say("\n".join([f"{experiment.name}: phase lead of {wanted.fmu}", *_lines(found)]))
 
 
 def _span(text: str) -> tuple[str, tuple[float, float]]:

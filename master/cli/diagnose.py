@@ -9,8 +9,10 @@ import click
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
 from master.errors import ConfigError
+from master.text.printable import printable
 
-from .common import JSON, STDERR, answers_errors, print_json
+from .common import JSON, answers_errors, print_json, say
+from .console import STDERR
 
 
 @click.command()
@@ -27,17 +29,17 @@ def diagnose(case: Path, output: Path | None, as_json: bool) -> None:
     folder = output or Path("results") / "diagnosis" / case.stem
     columns = (SpinnerColumn(), TextColumn("{task.description}", markup=False), TimeElapsedColumn())
     with Progress(*columns, console=STDERR, transient=True) as bar:
-        task = bar.add_task(case.stem)
+        task = bar.add_task(printable(case.stem))
 
         def show(text: str) -> None:
-            bar.update(task, description=text)
+            bar.update(task, description=printable(text))
 
         report = answer(case, folder, show)
     if as_json:
         print_json(report)
         return
     for line in _lines(report, folder):
-        click.echo(line)
+        say(line)
 
 
 def _lines(report: dict[str, Any], folder: Path) -> list[str]:

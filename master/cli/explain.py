@@ -12,7 +12,18 @@ from master.coupling.ledger import Entry, Ledger
 from master.experiment.experiment import Experiment
 from master.experiment.prepare import Request, prepare
 
-from .common import CONFIG, FLAVOUR, JSON, SET, STEP_SIZE, VARIANT, answers_errors, print_json, show_building
+from .common import (
+    CONFIG,
+    FLAVOUR,
+    JSON,
+    SET,
+    STEP_SIZE,
+    VARIANT,
+    answers_errors,
+    print_json,
+    say,
+    show_building,
+)
 
 
 @click.command()
@@ -30,7 +41,7 @@ def explain(config: Path, as_json: bool, **options: Any) -> None:
         print_json(_as_dict(experiment))
         return
     for line in _lines(experiment):
-        click.echo(line)
+        say(line)
 
 
 def _as_dict(experiment: Experiment) -> dict[str, Any]:

@@ -12,7 +12,7 @@ from master.api import prepare_to_run
 from master.experiment.prepare import Request
 from master.ssp.export import write_ssp
 
-from .common import CONFIG, FLAVOUR, SET, STEP_SIZE, VARIANT, answers_errors, show_building
+from .common import CONFIG, FLAVOUR, SET, STEP_SIZE, VARIANT, answers_errors, say, show_building
 
 
 @click.command("export-ssp")
@@ -29,4 +29,4 @@ def export_ssp(config: Path, output: Path | None, **options: Any) -> None:
     parts = filter(None, (experiment.name, experiment.variant))
     name = re.sub(r"[^\w. -]", "_", "-".join(parts)).lstrip(".") or "system"
     path = write_ssp(experiment, output or Path("results") / f"{name[:200]}.ssp")
-    click.echo(f"{path}: {len(experiment.system.instances)} FMUs, {len(experiment.system.wires)} connections")
+    say(f"{path}: {len(experiment.system.instances)} FMUs, {len(experiment.system.wires)} connections")

@@ -9,11 +9,12 @@ import click
 import numpy as np
 
 from master import catalogue
-from master.analysis.design.plant import AXES, CONFIGURED, TABULATED, Fit, fit, judge
-from master.analysis.design.plant import linearise as realised
+from master.docking.plant import AXES, TABULATED, Fit, fit, judge
+from master.docking.plant import linearise as realised
 from master.fmi.description_reader import read_description
+from master.reproduce.facts.tables import LINEAR_PLANT
 
-from .common import FLAVOUR, JSON, answers_errors, print_json, show_building
+from .common import FLAVOUR, JSON, answers_errors, print_json, say, show_building
 
 
 @click.command()
@@ -27,11 +28,11 @@ def linearise(model: str, axis: str, flavour: str, as_json: bool) -> None:
     target = catalogue.locate(model, Path(), flavour)
     file = catalogue.files({model: target}, show_building)[model]
     system = realised(read_description(file), axis)
-    fitted, given = fit(system), judge(system, CONFIGURED)
+    fitted, given = fit(system, LINEAR_PLANT), judge(system, LINEAR_PLANT)
     if as_json:
         print_json(_as_dict(model, axis, fitted, given))
         return
-    click.echo("\n".join([f"{model}, axis {axis}, 0.1 to 5 Hz", *_lines(fitted, given)]))
+    say("\n".join([f"{model}, axis {axis}, 0.1 to 5 Hz", *_lines(fitted, given)]))
 
 
 def _as_dict(model: str, axis: str, fitted: Fit, given: Fit) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""`dockloop reproduce`: every figure and claim of the paper, beside ours, on one page."""
+"""`dockloop reproduce`: every figure and claim of the paper next to ours, on one page."""
 
 from __future__ import annotations
 
@@ -14,7 +14,8 @@ from master.reproduce.claims.claim import CONDITION, FAILS, HOLDS
 from master.reproduce.reproduction import Reproduction
 from master.reproduce.reproduction import reproduce as reproduce_paper
 
-from .common import JSON, STDERR, answers_errors, print_json, show_building
+from .common import JSON, answers_errors, print_json, say, show_building
+from .console import STDERR
 
 _STYLES = {HOLDS: "green", CONDITION: "yellow", FAILS: "red"}
 
@@ -58,5 +59,7 @@ def _show(found: Reproduction) -> None:
         table.add_row(row.id, row.bound, measured, row.verdict, style=_STYLES[row.verdict])
     STDERR.print(table)
     for verdict, n in Counter(row.verdict for row in found.rows).items():
-        click.echo(f"{n:>4} {verdict}")
-    click.echo(found.files["page"])
+        say(f"{n:>4} {verdict}")
+    for text in found.changed:
+        say(f"judged otherwise before: {text}")
+    say(found.files["page"])

@@ -44,7 +44,6 @@ from .common import (
     FLAVOUR,
     JSON,
     SET,
-    STDERR,
     STEP_SIZE,
     VARIANT,
     answers_errors,
@@ -52,6 +51,7 @@ from .common import (
     say,
     show_building,
 )
+from .console import STDERR
 
 _EXIT = {
     COMPLETED: 0,

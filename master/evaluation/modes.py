@@ -74,7 +74,7 @@ def modes(y: Floats, step: float) -> tuple[NDArray[np.complex128], NDArray[np.co
 
 
 def _stride(y: Floats, step: float) -> int:
-    """Choose every how-manieth sample still shows the strongest oscillation well."""
+    """Return the largest stride at which the samples still show the strongest oscillation well."""
     n = np.arange(len(y))
     straight = np.polyval(np.polyfit(n, y, 1), n)
     spectrum = np.abs(np.fft.rfft((y - straight) * np.hanning(len(y))))

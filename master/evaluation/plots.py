@@ -1,70 +1,64 @@
-"""Pictures of a run: displacement and force against the reference, units on the axes."""
+"""Charts of a run: displacement and force against the reference, units on the axes."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from master.pages.chart import REFERENCE, Chart, Curve
+from master.pages.picture import save
 from master.recording.recorder import Result
 from master.system.config import Compare
 
-_REFERENCE = {"color": "0.15", "linewidth": 2.6, "alpha": 0.45}
-_COLOURS = ("#0b6fb8", "#d1495b")
+Floats = NDArray[np.float64]
+
+TIME = "time [s]"
 
 
 def plot_run(result: Result, compare: Compare, title: str, path: Path) -> Path:
     """Draw displacement, force (where the configuration names one) and deviation over time as PNG."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    panels = [_displacement, _force, _deviation]
-    if compare.force is None:
-        panels.remove(_force)
-    if compare.reference is None:
-        panels.remove(_deviation)
-    figure = Figure(figsize=(9.0, 2.6 * len(panels) + 0.6), layout="constrained")
-    FigureCanvasAgg(figure)
-    figure.suptitle(title)
-    axes = np.atleast_1d(figure.subplots(len(panels), 1, sharex=True))
-    for axis, draw in zip(axes, panels, strict=True):
-        draw(axis, result, compare)
-        axis.grid(alpha=0.3)
-        axis.margins(x=0.0)
-        axis.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=4, frameon=False, fontsize="small")
-    axes[-1].set_xlabel("time [s]")
-    figure.savefig(path, dpi=120)
-    return path
+    return save(title, charts(result, compare), path)
 
 
-def _displacement(axis: Any, result: Result, compare: Compare) -> None:
-    scale, unit = _length_scale(result, compare)
+def charts(result: Result, compare: Compare) -> list[Chart]:
+    """Return the charts of a run that has motions to compare."""
+    found = [_displacement(result, compare)]
+    if compare.force is not None:
+        found.append(_force(result, compare.force, compare.reference_force))
     if compare.reference is not None:
-        axis.plot(result.time, scale * result[compare.reference], label=compare.reference, **_REFERENCE)
-    motions = [s for s in (compare.signal, compare.reproduced) if s is not None]
-    for colour, name in zip(_COLOURS, motions, strict=False):
-        axis.plot(result.time, scale * result[name], label=name, color=colour, linewidth=1.1)
-    axis.set_ylabel(f"displacement [{unit}]")
+        found.append(_deviation(result, compare, compare.reference))
+    return found
 
 
-def _force(axis: Any, result: Result, compare: Compare) -> None:
-    assert compare.force is not None
-    if compare.reference_force is not None:
-        reference = result[compare.reference_force]
-        axis.plot(result.time, reference, label=compare.reference_force, **_REFERENCE)
-    axis.plot(result.time, result[compare.force], label=compare.force, color=_COLOURS[0], linewidth=1.1)
-    axis.set_ylabel(f"force [{result.unit(compare.force)}]")
-
-
-def _deviation(axis: Any, result: Result, compare: Compare) -> None:
-    assert compare.reference is not None
+def _displacement(result: Result, compare: Compare) -> Chart:
     scale, unit = _length_scale(result, compare)
-    motions = [s for s in (compare.signal, compare.reproduced) if s is not None]
-    for colour, name in zip(_COLOURS, motions, strict=False):
-        deviation = scale * (result[name] - result[compare.reference])
-        axis.plot(result.time, deviation, label=f"{name} - reference", color=colour, linewidth=1.1)
-    axis.set_ylabel(f"deviation [{unit}]")
+    curves = [Curve(name, result.time, scale * result[name]) for name in _motions(compare)]
+    if compare.reference is not None:
+        name = compare.reference
+        curves.insert(0, Curve(name, result.time, scale * result[name], REFERENCE))
+    return Chart("", TIME, f"displacement [{unit}]", curves)
+
+
+def _force(result: Result, force: str, reference: str | None) -> Chart:
+    curves = [Curve(force, result.time, result[force])]
+    if reference is not None:
+        curves.insert(0, Curve(reference, result.time, result[reference], REFERENCE))
+    return Chart("", TIME, f"force [{result.unit(force)}]", curves)
+
+
+def _deviation(result: Result, compare: Compare, reference: str) -> Chart:
+    scale, unit = _length_scale(result, compare)
+    curves = [
+        Curve(f"{name} - reference", result.time, scale * (result[name] - result[reference]))
+        for name in _motions(compare)
+    ]
+    return Chart("", TIME, f"deviation [{unit}]", curves)
+
+
+def _motions(compare: Compare) -> list[str]:
+    return [name for name in (compare.signal, compare.reproduced) if name is not None]
 
 
 def _length_scale(result: Result, compare: Compare) -> tuple[float, str]:

@@ -42,19 +42,18 @@ def lead_task(system: System, compare: Compare | None, wish: PhaseLead, where: s
     """
     problems: list[Problem] = []
 
-    def add(what: str, got: str, expected: str, key: str = "") -> None:
-        problems.append(Problem(what, where=f"{where}.{key}" if key else where, got=got, expected=expected))
+    def add(what: str, got: str, expected: str, at: str = where) -> None:
+        problems.append(Problem(what, where=at, got=got, expected=expected))
 
-    if compare is None or compare.reproduced is None:
+    reproduced = None if compare is None else compare.reproduced
+    if reproduced is None:
         add("no motions to compare", "no compare.reproduced", "one")
     instance = system.instances.get(wish.fmu)
     if instance is None:
-        add("no such FMU", repr(wish.fmu), nearest(wish.fmu, system.instances), "fmu")
-    if problems or instance is None or compare is None or compare.reproduced is None:
+        add("no such FMU", repr(wish.fmu), nearest(wish.fmu, system.instances), f"{where}.fmu")
+    if instance is None or compare is None or reproduced is None:
         raise ConfigError(problems)
-    known = instance.description.by_name
-    needed = PARAMETERS if wish.amplitude == "plant" else PARAMETERS[:2]
-    missing = [p for p in ("dpdc", *needed) if p not in known]
+    missing = _missing(instance, wish)
     if missing:
         add(f"no phase lead in {wish.fmu}", f"no {', '.join(missing)}", "all")
     into = [w for w in system.wires_into(wish.fmu) if w.source.name == compare.signal]
@@ -62,18 +61,15 @@ def lead_task(system: System, compare: Compare | None, wish: PhaseLead, where: s
         add("not connected", f"no {compare.signal} -> {wish.fmu}", "one")
     if wish.amplitude == "plant" and _has_another_gain(instance):
         got = f"{wish.amplitude} and another {wish.fmu}.gain_convention than paper"
-        add("two rules for one gain", got, "one of them to be paper", "amplitude")
-    spacecraft = system.instances.get(compare.signal.instance)
-    owners = {key: spacecraft if key == "m_s" else instance for key in ATTRIBUTES}
-    ranges: dict[str, Span] = {str(key): span for key, span in wish.ranges.items()}
-    spans = {key: _span(owners[key], ranges, key) for key in ATTRIBUTES}
-    for key, span in spans.items():
-        if span is None or not (0.0 < span[0] <= span[1] and math.isfinite(span[1])):
-            add(f"no range of {key}", str(span), "positive least and largest")
+        add("two rules for one gain", got, "one of them to be paper", f"{where}.amplitude")
+    spans = _spans(wish, system.instances.get(compare.signal.instance), instance)
+    for key in ATTRIBUTES:
+        if not _is_range(spans[key]):
+            add(f"no range of {key}", str(spans[key]), "positive least and largest")
     if problems:
         raise ConfigError(problems)
     whole = cast("tuple[Span, Span, Span, Span]", tuple(spans.values()))
-    return LeadTask(wish.fmu, into[0], compare.reproduced, whole)
+    return LeadTask(wish.fmu, into[0], reproduced, whole)
 
 
 def is_switched_off(system: System, wish: PhaseLead) -> bool:
@@ -82,9 +78,24 @@ def is_switched_off(system: System, wish: PhaseLead) -> bool:
     return compensator is not None and compensator.value_of("dpdc") == 0.0
 
 
+def _missing(instance: Instance, wish: PhaseLead) -> list[str]:
+    """Parameters of a phase lead that an FMU does not have."""
+    needed = PARAMETERS if wish.amplitude == "plant" else PARAMETERS[:2]
+    return [name for name in ("dpdc", *needed) if name not in instance.description.by_name]
+
+
 def _has_another_gain(instance: Instance) -> bool:
     convention = instance.description.by_name.get("gain_convention")
     return convention is not None and instance.value_of("gain_convention") != parse(convention, "paper")
+
+
+def _spans(wish: PhaseLead, spacecraft: Instance | None, compensator: Instance) -> dict[str, Span | None]:
+    ranges: dict[str, Span] = {str(key): span for key, span in wish.ranges.items()}
+    return {key: _span(spacecraft if key == "m_s" else compensator, ranges, key) for key in ATTRIBUTES}
+
+
+def _is_range(span: Span | None) -> bool:
+    return span is not None and 0.0 < span[0] <= span[1] and math.isfinite(span[1])
 
 
 def _span(owner: Instance | None, ranges: Mapping[str, Span], key: str) -> Span | None:

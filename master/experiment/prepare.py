@@ -15,7 +15,7 @@ from master.coupling.schedule import Schedule, make_schedule
 from master.errors import ConfigError, Problem, nearest
 from master.fmi.description import Description
 from master.fmi.description_reader import read_description
-from master.ssp.reader import SUFFIXES, read_ssp
+from master.ssp.names import SUFFIXES
 from master.system.config import UNKNOWN_SOURCE, LoadedConfig, read_config, with_times
 from master.system.graph import Descriptions, System, join
 from master.system.grid import Grid
@@ -59,6 +59,8 @@ def prepare(
 def _load(path: Path, request: Request) -> LoadedConfig:
     if path.suffix.lower() not in SUFFIXES:
         return read_config(path)
+    from master.ssp.reader import read_ssp
+
     folder = Path(tempfile.mkdtemp(prefix="dockloop-"))
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
     try:
@@ -245,14 +247,15 @@ def _is_known(signal: str, descriptions: Descriptions) -> bool:
 def _without(
     order: Sequence[str | list[str] | Method], unread: Sequence[str]
 ) -> list[str | list[str] | Method]:
-    """Leave the FMUs that could not be read out of an order."""
+    """Leave the FMUs that could not be read out of an order, and groups that have no others."""
     kept: list[str | list[str] | Method] = []
     for entry in order:
-        if isinstance(entry, str):
-            kept += [] if entry in unread else [entry]
-        elif isinstance(entry, list):
-            kept.append([name for name in entry if name not in unread])
+        names = (entry,) if isinstance(entry, str) else entry.members if isinstance(entry, Method) else entry
+        members = [name for name in names if name not in unread]
+        if not members:
+            continue
+        if isinstance(entry, Method):
+            kept.append(entry.model_copy(update={"members": tuple(members)}))
         else:
-            members = tuple(name for name in entry.members if name not in unread)
-            kept.append(entry.model_copy(update={"members": members}))
+            kept.append(entry if isinstance(entry, str) else members)
     return kept

@@ -17,13 +17,15 @@ from functools import lru_cache
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
-from master.errors import ConfigError
+from master.errors import ConfigError, expected
 from master.text.archive import Archive, ArchiveError, NotAnArchiveError
+from master.text.scalar import Plain
 
 from . import value_types
 from .description import DeclaredDelay, Description, Kind, Variable
 from .linearity import declared_learning, declared_linear
 from .model_elements import Faults, ModelTypes
+from .values import parse
 
 DESCRIPTION = "modelDescription.xml"
 
@@ -153,6 +155,7 @@ class DescriptionReader:
             linear=declared_linear(root),
             learning=declared_learning(root),
         )
+        self._check_linearity(description)
         self.faults.raise_if_any(_MOST_FAULTS)
         return description
 
@@ -416,6 +419,30 @@ class DescriptionReader:
                         dependencies.append(of)
                 if tag == tags[0] and unknown is not None:
                     yield unknown, dependencies
+
+    def _check_linearity(self, description: Description) -> None:
+        """Refuse what an FMU declares of its linearity and learning but does not have."""
+        for linear in description.linear:
+            where = f"Coupling/Linear of {linear.parameter!r}"
+            self._check_declared(description, where, linear.parameter, linear.value)
+            if linear.frequency is not None:
+                self._check_declared(description, f"{where}: frequency", linear.frequency)
+        for learning in description.learning:
+            where = f"Coupling/Learning by {learning.by!r}"
+            self._check_declared(description, where, learning.by, learning.item)
+            self._check_declared(description, f"{where}: held", learning.held_by, "true")
+
+    def _check_declared(
+        self, description: Description, where: str, name: str, value: str | None = None
+    ) -> None:
+        variable = description.by_name.get(name)
+        if variable is None or variable.kind is Kind.STRING:
+            self.faults.add(where, f"no such variable, got {name!r}, {expected(name, description.by_name)}")
+        elif value is not None:
+            try:
+                parse(variable, Plain(value))
+            except ValueError as error:
+                self.faults.add(where, f"value not allowed for {name}, got {value!r}, {error}")
 
     def _delays(self, root: ET.Element) -> Iterator[DeclaredDelay]:
         for e in root.iterfind(".//Coupling/Delay"):

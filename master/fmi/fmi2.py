@@ -62,12 +62,7 @@ class Fmi2Slave(FmuSlave):
         return fmu
 
     def _free(self) -> None:
-        """Free instance, what PythonFMU would free twice at the end of the process, and library."""
-        self._fmu.fmi2FreeInstance(self._fmu.component)
-        finalise = getattr(self._fmu.dll, "finalizePythonInterpreter", None)
-        if finalise is not None:
-            finalise()
-        self._fmu.freeLibrary()
+        super()._free()
         logger.remove(self._environment)
 
     def _setter(self, variable: Variable) -> Callable[..., Any]:

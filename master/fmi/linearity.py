@@ -8,11 +8,16 @@ from xml.etree import ElementTree as ET
 
 @dataclass(frozen=True)
 class DeclaredLinear:
-    """A value with which the FMU is linear; see `fmu_sources.framework.model.Linear`."""
+    """
+    A value with which the FMU is linear and constant; see `fmu_sources.framework.model.Linear`.
+
+    `frequency` names the parameter [Hz] by which the FMU otherwise repeats itself; None if it does not vary.
+    """
 
     parameter: str
     value: str
     reason: str
+    frequency: str | None = None
 
 
 @dataclass(frozen=True)
@@ -27,7 +32,12 @@ class DeclaredLearning:
 def declared_linear(root: ET.Element) -> tuple[DeclaredLinear, ...]:
     """Read the `Linear` elements of a model description."""
     return tuple(
-        DeclaredLinear(e.get("parameter", ""), e.get("value", ""), e.get("reason", ""))
+        DeclaredLinear(
+            parameter=e.get("parameter", ""),
+            value=e.get("value", ""),
+            reason=e.get("reason", ""),
+            frequency=e.get("frequency"),
+        )
         for e in root.iterfind(".//Coupling/Linear")
     )
 

@@ -109,7 +109,21 @@ class FmuSlave:
         unpacked.release(self._folder)
 
     def _free(self) -> None:
-        self._fmu.freeInstance()
+        """Free instance and library."""
+        getattr(self._fmu, f"fmi{self.description.version}FreeInstance")(self._fmu.component)
+        self._release_interpreter()
+        self._fmu.freeLibrary()
+
+    def _release_interpreter(self) -> None:
+        """
+        Let a library of PythonFMU or PythonFMU3 release its interpreter now.
+
+        It stays loaded, and at the end of the process it would release it twice, first by the destructor of a
+        static object and then by that of the library, which spoils the heap.
+        """
+        release = getattr(self._fmu.dll, "finalizePythonInterpreter", None)
+        if release is not None:
+            release()
 
     def _call(self, function: Callable[..., Any], *arguments: Any, **named: Any) -> Any:
         position.current().check_stop()

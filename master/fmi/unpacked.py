@@ -19,6 +19,7 @@ from master.text.archive import Archive, ArchiveError
 
 from .description import Description
 from .description_reader import DESCRIPTION
+from .platforms import FMI2_FOLDER, FMI3_FOLDER, LIBRARY_SUFFIX
 
 Unpack = Callable[[Description], str]
 _Key = tuple[Path, int, int]
@@ -115,17 +116,13 @@ def _read_what_is_needed(description: Description) -> None:
 
 
 def _is_needed(name: str) -> bool:
-    import fmpy
-
-    folders = ("resources/", f"binaries/{fmpy.platform}/", f"binaries/{fmpy.platform_tuple}/")
+    folders = ("resources/", f"binaries/{FMI2_FOLDER}/", f"binaries/{FMI3_FOLDER}/")
     return name == DESCRIPTION or name.startswith(folders)
 
 
 def _require_binary(description: Description, archive: Archive) -> None:
     """Refuse an FMU whose library is missing, has another name, or is none of this platform."""
-    import fmpy
-
-    wanted = fmpy.platform if description.version == 2 else fmpy.platform_tuple
+    wanted = FMI2_FOLDER if description.version == 2 else FMI3_FOLDER
     parts = [name.split("/") for name in archive.names if name.startswith("binaries/")]
     there = sorted({p[1] for p in parts if len(p) >= 3})
     if wanted not in there:
@@ -133,7 +130,7 @@ def _require_binary(description: Description, archive: Archive) -> None:
         raise ConfigError(
             [f"{description.path}: no binary for this platform, got {listed}, expected {wanted}"]
         )
-    library = f"{description.model_identifier}{fmpy.sharedLibraryExtension}"
+    library = f"{description.model_identifier}{LIBRARY_SUFFIX}"
     if f"binaries/{wanted}/{library}" not in archive.names:
         listed = ", ".join(p[2] for p in parts if len(p) == 3 and p[1] == wanted)
         problem = f"no binary of the name in its description, got {listed}, expected {library}"

@@ -28,13 +28,51 @@ def end_at_once() -> None:
         signal.signal(number, _leave)
 
 
+def ignore() -> None:
+    """Let nothing interrupt what this process does last."""
+    for number in SIGNALS:
+        signal.signal(number, signal.SIG_IGN)
+
+
+def end_as_the_system_does() -> None:
+    """Let a signal end this process where no Python runs any more."""
+    for number in SIGNALS:
+        signal.signal(number, signal.SIG_DFL)
+
+
+def exit_if_unheeded() -> None:
+    """End this process if a signal came."""
+    if _unheeded:
+        sys.exit(exit_status(_unheeded[0]))
+
+
+@contextmanager
+def held() -> Iterator[None]:
+    """Hold signals back until the block ends; for good in processes that are started within."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
 def _leave(number: int, _: FrameType | None) -> None:
     _unheeded.append(number)
-    sys.exit(exit_status(number))
+    sys.unraisablehook = _quiet
+    sys.exit(exit_status(_unheeded[0]))
+
+
+def _quiet(fault: sys.UnraisableHookArgs) -> None:
+    """Show no traceback where the exit that a signal asks for came amid a destructor or a callback."""
+    if not isinstance(fault.exc_value, SystemExit):
+        sys.__unraisablehook__(fault)
 
 
 _unheeded: list[int] = []
-"""Signals whose exit some library caught while it was imported; see `noted`."""
+"""Signals whose exit some library may have caught; see `noted` and `exit_if_unheeded`."""
 
 
 class Interruption:

@@ -103,7 +103,7 @@ class ResultFiles:
 
 
 class _Csv:
-    """The CSV file, with the length that it had after its last whole row."""
+    """The CSV file, with the length that it had after its last whole block of rows."""
 
     def __init__(self, path: Path, schema: Any) -> None:
         from pyarrow import csv
@@ -128,7 +128,10 @@ class _Csv:
             return False
 
     def keep_whole_rows(self) -> None:
-        self._file.truncate(self._whole)
+        """Cut off what a write that failed left of its last row."""
+        self._file.seek(self._whole)
+        begun = self._file.read()
+        self._file.truncate(self._whole + begun.rfind(b"\n") + 1)
 
     def write_again(self) -> None:
         """Write a file that was removed again, from the descriptor that still holds its content."""

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from master.reproduce.claims.claim import Claim, Row, judge, wishes
-from master.reproduce.figures.plot import Figure
-from master.reproduce.figures.png import save
+from master.pages.picture import save
+from master.reproduce.claims.claim import Claim, Row, changed_verdicts, judge, wishes
+from master.reproduce.figures.figure import Figure
 from master.reproduce.figures.registry import FIGURES
 from master.reproduce.measures.pool import Recordings, build_fmus, merged, perform_all
 
@@ -32,14 +32,16 @@ Stage = Callable[[str, int], Callable[[int], None]]
 
 @dataclass(frozen=True)
 class Reproduction:
-    """What was found and written."""
+    """Judged rows, those among them that were judged otherwise when their claims were written, and files."""
 
     rows: Sequence[Row]
+    changed: Sequence[str]
     files: dict[str, Any]
 
     def as_dict(self) -> dict[str, Any]:
         """Fields for JSON."""
-        return {"claims": [row.as_dict() for row in self.rows], "files": self.files}
+        claims = [row.as_dict() for row in self.rows]
+        return {"claims": claims, "changed": list(self.changed), "files": self.files}
 
 
 def reproduce(folder: Path, stage: Stage, say: Callable[[str], None]) -> Reproduction:
@@ -48,7 +50,7 @@ def reproduce(folder: Path, stage: Stage, say: Callable[[str], None]) -> Reprodu
 
     Args:
         folder: Where the page, the PNG files and claims.json go.
-        stage: Begins a stage by name and number of parts; gives what counts the parts done.
+        stage: Begins a stage by name and number of parts; returns what counts the parts done.
         say: Shows that an FMU is built.
     """
     wanted = merged([wishes(CLAIMS), *(figure.wishes for figure in FIGURES)])
@@ -57,19 +59,20 @@ def reproduce(folder: Path, stage: Stage, say: Callable[[str], None]) -> Reprodu
         recordings = perform_all(wanted, stage("runs of the FMUs", len(wanted)))
     judged = [(claim, judge(claim, recordings)) for claim in CLAIMS]
     drawing = stage("figures", len(FIGURES) + 1)
-    panels = {}
+    charts = {}
     (folder / "figures").mkdir(parents=True, exist_ok=True)
     pictures = {}
     for figure in FIGURES:
-        panels[figure.id] = figure.draw(recordings)
-        pictures[figure.id] = str(save(_title(figure), panels[figure.id], folder / "figures" / _name(figure)))
+        charts[figure.id] = figure.draw(recordings)
+        pictures[figure.id] = str(save(_title(figure), charts[figure.id], folder / "figures" / _name(figure)))
         drawing(1)
-    content = Content(panels, judged, orders.compare())
+    content = Content(charts, judged, orders.compare())
     drawing(1)
     rows = [row for _, rows in judged for row in rows]
     files = {"page": str(write_page(content, folder / "index.html")), "figures": pictures}
     files["claims"] = str(_write_claims(rows, folder / "claims.json"))
-    return Reproduction(rows, files)
+    changed = [text for claim, own in judged for text in changed_verdicts(claim, own)]
+    return Reproduction(rows, changed, files)
 
 
 def _write_claims(rows: Sequence[Row], path: Path) -> Path:
@@ -87,7 +90,7 @@ def _name(figure: Figure) -> str:
 
 @contextmanager
 def _one_thread_each() -> Iterator[None]:
-    """Let each process of the pool compute with one thread: two times two threads only hinder one another."""
+    """Let each process of the pool compute with one thread: more than processors only hinder one another."""
     before = {name: os.environ.get(name) for name in _THREADS}
     os.environ.update(dict.fromkeys(_THREADS, "1"))
     try:

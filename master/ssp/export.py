@@ -76,7 +76,7 @@ def _document(root: etree._Element) -> bytes:
 
 
 def _faults(experiment: PreparedSystem) -> Iterator[str]:
-    """What no SSP can say: characters that XML does not have, a map and a factor on one connection."""
+    """What no SSP can say: a recording, characters that XML does not have, a map and a factor on one wire."""
     config, system = experiment.config, experiment.system
     names = [config.name, config.description]
     for name, instance in system.instances.items():
@@ -84,6 +84,9 @@ def _faults(experiment: PreparedSystem) -> Iterator[str]:
     for name in names:
         if _NOT_XML.search(name):
             yield f"{name!r}: cannot be written as SSP, got a character that XML does not have"
+    for feed in experiment.inputs.feeds:
+        got = f"the recording {feed.source}, expected a connection"
+        yield f"{feed.target}: cannot be written as SSP, got {got}"
     for wire in system.wires:
         ends = f"{wire.source.name} -> {wire.target.name}"
         conversion = wire.conversion

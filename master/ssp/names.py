@@ -9,6 +9,7 @@ SSM = "http://ssp-standard.org/SSP1/SystemStructureParameterMapping"
 SSB = "http://ssp-standard.org/SSP1/SystemStructureSignalDictionary"
 PREFIXES = {"ssc": SSC, "ssd": SSD, "ssv": SSV, "ssm": SSM, "ssb": SSB}
 
+SUFFIXES = (".ssp", ".ssd")
 STRUCTURE = "SystemStructure.ssd"
 COUPLING = "org.dockloop.coupling"
 COUPLING_ELEMENT = f"{{{COUPLING}}}Coupling"

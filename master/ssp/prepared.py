@@ -6,6 +6,7 @@ from typing import Protocol
 
 from master.system.config import Config
 from master.system.graph import System
+from master.system.inputs import MeasuredInputs
 
 
 class PreparedSystem(Protocol):
@@ -19,3 +20,6 @@ class PreparedSystem(Protocol):
 
     @property
     def system(self) -> System: ...
+
+    @property
+    def inputs(self) -> MeasuredInputs: ...

@@ -21,8 +21,6 @@ from .parse import default_structure, parse_structure
 from .resolve import Resolved, ResolvedWire, resolve
 from .structure import Structure
 
-SUFFIXES = (".ssp", ".ssd")
-
 _DEFAULT_STEP = 1e-3  # s
 _DEFAULT_DURATION = 1.0  # s
 

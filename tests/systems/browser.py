@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import json
 import os
 import shutil
@@ -43,6 +44,27 @@ class Browser:
 
     def run(self, script: str) -> Any:
         return self(f"/session/{self.session}/execute/sync", {"script": script, "args": []})
+
+    def devtools(self, command: str, **parameters: Any) -> Any:
+        """Send a command of the DevTools protocol."""
+        return self(f"/session/{self.session}/goog/cdp/execute", {"cmd": command, "params": parameters})
+
+    def show(self, page: Path, width: int = 1280, dark: bool = False, medium: str = "screen") -> None:
+        """Load a page in a window of a width [px], in a light or dark theme, on the screen or on paper."""
+        size = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": width < 700}
+        self.devtools("Emulation.setDeviceMetricsOverride", **size)
+        theme = {"name": "prefers-color-scheme", "value": "dark" if dark else "light"}
+        self.devtools("Emulation.setEmulatedMedia", media=medium, features=[theme])
+        self(f"/session/{self.session}/url", {"url": page.resolve().as_uri()})
+
+    def scripts(self, *, run: bool) -> None:
+        """Let pages that are loaded from now on run scripts, or not."""
+        self.devtools("Emulation.setScriptExecutionDisabled", value=not run)
+
+    def picture(self, path: Path) -> Path:
+        """Save what the window shows."""
+        path.write_bytes(base64.b64decode(self(f"/session/{self.session}/screenshot", None)))
+        return path
 
     def log(self) -> list[dict[str, Any]]:
         entries: list[dict[str, Any]] = self(f"/session/{self.session}/se/log", {"type": "browser"})

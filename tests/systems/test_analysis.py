@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import yaml
@@ -11,6 +13,7 @@ from master.analysis.closed_loop.linearise import Linearisation
 from master.analysis.measures.margins import margins
 from master.analysis.measures.poles import growth_rate
 from master.analysis.measures.sweep import parse_axis, stability_map
+from master.reproduce.measures.poles import judged
 from tests.systems.analysed import CONFIGS, analysed, prepared, simulated
 
 LINEAR = ("low_frequency", "high_frequency", "experiment", "experiment_1000kg")
@@ -120,8 +123,8 @@ def test_the_dominant_pole_under_compensation_is_that_of_the_real_docking(name):
     ],
 )
 def test_force_compensation_alone_bears_a_sensor_lag_up_to(name, bound):
-    laboratory = Linearisation(prepared(name, "cfdc"))
-    found = stability_map(laboratory, parse_axis("force_sensor.T_f=1e-4:4e-3:3", laboratory.system))
+    linearisation = Linearisation(prepared(name, "cfdc"))
+    found = stability_map(linearisation, parse_axis("force_sensor.T_f=1e-4:4e-3:3", linearisation.system))
 
     [(root, _)] = found.boundary
     assert root == pytest.approx(bound, abs=0.05e-3)
@@ -147,15 +150,15 @@ def test_latency_budget_of_the_force_path(name, variant, budget):
     ("name", "variant"), [("low_frequency", "cfdc_dpdc"), ("hexapod/experiment_1000kg", "all")]
 )
 def test_whole_steps_around_each_delay_margin_are_stable_and_unstable(name, variant):
-    laboratory = Linearisation(prepared(name, variant))
-    coupled = laboratory.coupled()
+    linearisation = Linearisation(prepared(name, variant))
+    coupled = linearisation.coupled()
     bounded = [m for m in margins(coupled) if m.delay is not None]
 
     assert len(bounded) >= 5
     for margin in bounded:
         ticks = int(margin.delay / coupled.step_size)
-        assert growth_rate(laboratory.coupled(extra={margin.target: ticks})) < 0.0
-        assert growth_rate(laboratory.coupled(extra={margin.target: ticks + 1})) > 0.0
+        assert growth_rate(linearisation.coupled(extra={margin.target: ticks})) < 0.0
+        assert growth_rate(linearisation.coupled(extra={margin.target: ticks + 1})) > 0.0
 
 
 def test_forward_difference_has_an_unstable_second_mode():
@@ -179,3 +182,18 @@ def test_every_flavour_gives_the_same_poles(flavour):
     found = analyse(prepare_to_run(CONFIGS / "low_frequency.yaml", request)).dominant
 
     assert found.s == pytest.approx(analysed("low_frequency", "cfdc_dpdc").dominant.s, rel=1e-6)
+
+
+def test_a_delay_and_a_rate_each_have_their_own_poles():
+    """Nothing else differs: neither name, nor parameters, nor the groups of the order."""
+    plain = prepared("low_frequency", "none", FIXED)
+    wires = tuple(replace(w, delay=2) if w.target.name == "spacecraft.f" else w for w in plain.system.wires)
+    delayed = replace(plain, system=replace(plain.system, wires=wires))
+    instances = plain.system.instances
+    system = replace(plain.system, instances={**instances, "ideal": replace(instances["ideal"], every=2)})
+    schedule = replace(plain.schedule, every={**plain.schedule.every, "ideal": 2})
+    slower = replace(plain, system=system, schedule=schedule)
+
+    assert judged(delayed).fastest > judged(plain).fastest + 1e-3
+    assert judged(slower).reference.period == 2.0 * judged(plain).reference.period
+    assert judged(slower).reference.zeta == pytest.approx(judged(plain).reference.zeta, rel=0.05)

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from master.analysis.design.phase_lead import design
 from master.api import prepare_to_run
 from master.cli import main
+from master.docking.phase_lead import design
 from master.errors import ConfigError
 from master.experiment.prepare import Request
 from master.system.config import PhaseLead

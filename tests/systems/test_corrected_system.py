@@ -16,6 +16,8 @@ from master.__main__ import main
 from master.diagnosis.answer.answer import answer
 from tests.rig import Effects, record
 
+pytestmark = pytest.mark.long
+
 CASE = Path(__file__).parents[2] / "configs" / "measured" / "docking_rig.yaml"
 SLOTS = {
     "contact.guide_force": ["coulomb", "quadratic_damping"],

@@ -12,6 +12,8 @@ from click.testing import CliRunner
 from master.cli.diagnose import diagnose
 from tests.systems.browser import opened
 
+pytestmark = pytest.mark.long
+
 KEYS = {"verdict", "effects", "subsystem", "before", "after", "explained_share", "ceiling"} | {
     "runners_up",
     "undistinguished",
@@ -78,7 +80,7 @@ def browser(emps, tmp_path_factory):
 
 def test_page_shows_the_verdict_first_and_all_panels_without_an_error(emps, browser):
     report, _ = emps
-    images = browser.run("return [...document.images].map(i => i.complete && i.naturalWidth >= 1000)")
+    images = browser.run("return [...document.images].map(i => i.complete && i.naturalWidth >= 600)")
     fetched = browser.run("return performance.getEntriesByType('resource').map(e => e.name.slice(0, 5))")
     sizes = browser.run(
         "return [...document.querySelectorAll('p, td, th, li, figcaption')]"

@@ -19,6 +19,8 @@ from master.experiment.prepare import Request
 from master.stepping.simulate import simulate
 from tests.rig import Effects, record
 
+pytestmark = pytest.mark.long
+
 CASE = Path(__file__).parents[2] / "configs" / "measured" / "docking_rig.yaml"
 
 

@@ -17,8 +17,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from master.analysis.identify.declarations import holding, learns
 from master.analysis.identify.history import AGES
-from master.analysis.identify.online_identifiers import holding, learns
 from master.analysis.identify.responses import Question
 from master.analysis.identify.varying import alone, answer, measure_learning, measure_through_time, period_of
 from master.evaluation.modes import Mode, dominant_mode
@@ -58,30 +58,30 @@ class LinearityAlongRun:
     learners: tuple[str, ...]
 
 
-def linearity_along_run(laboratory: Linearisation, frozen: LinearSystem) -> LinearityAlongRun | None:
+def linearity_along_run(linearisation: Linearisation, frozen: LinearSystem) -> LinearityAlongRun | None:
     """
     Linearise along a run; None where no FMU varies with time, or where they step at several rates.
 
     Raises:
         FmuError: If an FMU fails, or cannot save its state.
     """
-    system = laboratory.experiment.system
-    asked = {name: laboratory.question(system, instance) for name, instance in system.instances.items()}
+    system = linearisation.experiment.system
+    asked = {name: linearisation.question(system, instance) for name, instance in system.instances.items()}
     periods = {name: period_of(question) if question.inputs else 0 for name, question in asked.items()}
     if frozen.period != 1 or not any(p != 0 for p in periods.values()):
         return None
-    result = _run(laboratory)
+    result = _run(linearisation)
     held = {w.target.name: w.conversion.of(float(result[w.source.name][0])) for w in system.wires}
     questions = {
         name: replace(q, held=tuple(held[f"{name}.{v.name}"] for v in q.inputs)) for name, q in asked.items()
     }
-    return _CoupledRun(laboratory, frozen, result, questions, periods).judged()
+    return _CoupledRun(linearisation, frozen, result, questions, periods).judged()
 
 
-def _run(laboratory: Linearisation) -> Result:
-    e = laboratory.experiment
+def _run(linearisation: Linearisation) -> Result:
+    e = linearisation.experiment
     options = RunOptions(limits=e.limits, inputs=e.inputs)
-    outcome = simulate(e.system, e.schedule, e.grid, options=options, factory=laboratory.factory)
+    outcome = simulate(e.system, e.schedule, e.grid, options=options, factory=linearisation.factory)
     if outcome.error is not None:
         raise outcome.error
     return outcome.result
@@ -117,13 +117,13 @@ class _CoupledRun:
 
     def __init__(
         self,
-        laboratory: Linearisation,
+        linearisation: Linearisation,
         frozen: LinearSystem,
         result: Result,
         questions: Mapping[str, Question],
         periods: Mapping[str, int | None],
     ) -> None:
-        self.laboratory, self.frozen, self.result = laboratory, frozen, result
+        self.linearisation, self.frozen, self.result = linearisation, frozen, result
         self.questions, self.periods = questions, periods
         self.ticks = len(result.time) - 1
         self.start = {n: np.array([result[o][0] for o in p.outputs]) for n, p in frozen.parts.items()}
@@ -131,14 +131,14 @@ class _CoupledRun:
         self.learners: list[str] = []
         self.nominal: dict[str, Floats] = {}
         parts = {name: self._part(name, part) for name, part in frozen.parts.items()}
-        self.coupled = replace(frozen, system=laboratory.experiment.system, parts=parts)
+        self.coupled = replace(frozen, system=linearisation.experiment.system, parts=parts)
 
     def _recorded(self, part: LinearPart) -> Floats:
         """Outputs behind each step, shape (ticks, outputs)."""
         return np.array([self.result[name][1:] for name in part.outputs]).reshape(-1, self.ticks).T
 
     def _part(self, name: str, part: LinearPart) -> LinearPart:
-        question, period, factory = self.questions[name], self.periods[name], self.laboratory.factory
+        question, period, factory = self.questions[name], self.periods[name], self.linearisation.factory
         if learns(question.instance):
             inputs = self._inputs(name) + np.array(question.held)
             if systems := measure_learning(question, factory, inputs):
@@ -178,7 +178,7 @@ class _CoupledRun:
         )
 
     def _motions(self) -> tuple[Mode | None, Mode | None, Mode | None, float]:
-        compare = self.laboratory.experiment.compare
+        compare = self.linearisation.experiment.compare
         if compare is None:
             return None, None, None, 0.0
         name, step = compare.signal.instance, self.coupled.step_size

@@ -2,28 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from master.analysis.identify.online_identifiers import REASON, hold_of, learns, measure_learned
+from master.analysis.identify.declarations import departures, learning_of, learns
+from master.analysis.identify.online_identifiers import measure_learned
 from master.analysis.identify.realisation import realise
 from master.analysis.identify.responses import Question, Responses, measure, real, start_variables
 from master.analysis.state_space import StateSpace
 from master.experiment.experiment import Experiment
 from master.fmi.description import Kind
-from master.fmi.linearity import DeclaredLinear
 from master.fmi.values import parse
 from master.stepping.simulate import SlaveFactory, load, simulate
 from master.system.graph import Instance, System
+from master.text.scalar import Plain
 from master.text.signal_name import SignalName
 
 from .tick_matrix import LinearPart, LinearSystem
 
+WHEN_HELD = "learning is not linear: what the FMU has learned stays as a run leaves it"
+
 
 @dataclass(frozen=True)
 class Assumption:
-    """A parameter that the analysis sets, because the system is not linear or constant with its own."""
+    """A value that the analysis sets, because the system is not linear or constant with its own."""
 
     signal: str
     value: str | float
@@ -35,7 +38,7 @@ class Linearisation:
     """
     Measures each FMU alone, once for each set of parameters, and couples the linear systems.
 
-    `after_run`: an FMU that identifies is asked as a run leaves it, not with its assumed parameters.
+    `after_run`: an FMU that learns is asked as a run leaves it, not with its assumed parameters.
     """
 
     experiment: Experiment
@@ -48,13 +51,14 @@ class Linearisation:
 
     def __post_init__(self) -> None:
         self.system, self.assumptions = frozen(self.experiment.system, after_run=self.after_run)
+        self.assumptions += tuple(_held_inputs(self.experiment))
         self._held = self._initial_inputs()
 
     def coupled(
         self, changes: Mapping[str, float] | None = None, extra: Mapping[str, int] | None = None
     ) -> LinearSystem:
         """
-        Give the coupled system.
+        Return the coupled system.
 
         Args:
             changes: Parameters by `instance.parameter` that differ from the experiment's.
@@ -110,30 +114,31 @@ class Linearisation:
         return {w.target.name: w.conversion.of(float(start[w.source.name][0])) for w in system.wires}
 
 
+def _held_inputs(experiment: Experiment) -> Iterator[Assumption]:
+    """A recording drives a system and is no part of its loops: its inputs keep their first values."""
+    inputs = experiment.inputs
+    if inputs.values is not None:
+        for feed, value in zip(inputs.feeds, inputs.values[0].tolist(), strict=True):
+            yield Assumption(feed.target, value, f"first value of the recording {feed.source}")
+
+
 def frozen(system: System, *, after_run: bool) -> tuple[System, tuple[Assumption, ...]]:
-    """Set what the FMUs declare not linear or varying; return the system and what is assumed."""
+    """Make linear and constant what the FMUs declare is not; return the system and what is assumed."""
     found = []
     for name, instance in system.instances.items():
-        hold = hold_of(instance)
-        if after_run and hold is not None:
-            found.append(Assumption(f"{name}.{hold}", "true", REASON))
-            continue
-        for parameter, declared in _linear(instance).items():
-            variable = instance.description.by_name[parameter]
-            values = [parse(variable, one.value if variable.items else float(one.value)) for one in declared]
-            if instance.value_of(parameter) not in values:
-                shown = declared[0].value if variable.items else values[0]
-                found.append(Assumption(f"{name}.{parameter}", shown, declared[0].reason))
-                system = changed(system, {f"{name}.{parameter}": float(values[0])})
+        learning = learning_of(instance) if after_run else None
+        if learning is not None:
+            found.append(Assumption(f"{name}.{learning.held_by}", "true", WHEN_HELD))
+        for declared in departures(instance):
+            if learning is not None and declared.parameter == learning.by:
+                continue
+            variable = instance.description.by_name[declared.parameter]
+            value = float(parse(variable, Plain(declared.value)))
+            is_number = variable.kind in (Kind.REAL, Kind.INTEGER) and not variable.items
+            signal = f"{name}.{declared.parameter}"
+            found.append(Assumption(signal, value if is_number else declared.value, declared.reason))
+            system = changed(system, {signal: value})
     return system, tuple(found)
-
-
-def _linear(instance: Instance) -> dict[str, list[DeclaredLinear]]:
-    """Values with which an FMU is linear, by parameter."""
-    found: dict[str, list[DeclaredLinear]] = {}
-    for declared in instance.description.linear:
-        found.setdefault(declared.parameter, []).append(declared)
-    return found
 
 
 def changed(system: System, changes: Mapping[str, float]) -> System:

@@ -1,9 +1,9 @@
 """
 A linear FMU that varies with time, in coordinates that do not: its last outputs and inputs.
 
-    y(k) = sum_l A_l(k) y(k-l) + sum_l B_l(k) u(k-l)    y(k): outputs behind step k, u(k): inputs before it
+    y(k) = sum_l A_l(k) y(k-l) + sum_l B_l(k) u(k-l)    y(k): outputs after step k, u(k): inputs before it
 
-The answers g(k, q) behind step k to a pulse of age q (in step k - q) give the coefficients: where q > n no
+The answers g(k, q) after step k to a pulse of age q (in step k - q) give the coefficients: where q > n no
 input is left in the equation, and A(k) follows by least squares; then
 B_l(k) = g(k, l) - sum_i A_i(k) g(k-i, l-i).
 The order n is the least one that repeats all answers.
@@ -12,6 +12,8 @@ Source   Majji, Juang, Junkins, Time-varying eigensystem realization algorithm, 
 """
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,19 +39,21 @@ def systems(answers: Floats, earlier: Floats) -> list[StateSpace]:
     """
     outputs = np.max(np.abs(answers), axis=(0, 1, 3), initial=0.0)
     inputs = np.max(np.abs(answers / _positive(outputs)[:, None]), axis=(0, 1, 2), initial=0.0)
-    outputs, inputs = _positive(outputs), _positive(inputs)
+    outputs = _positive(outputs)
+    inputs = _positive(inputs)
     scale = outputs[:, None] * inputs
-    best: tuple[float, list[StateSpace]] | None = None
+    best: list[StateSpace] = []
+    enough = np.inf
     for n in range(1, len(earlier) + 1):
-        A, B, misfit = _coefficients(answers / scale, earlier[:n] / scale)
-        A, B = A * outputs[:, None] / outputs, B * scale
-        A, B = A.transpose(1, 0, 2, 3), B.transpose(1, 0, 2, 3)
-        if best is None or misfit < 0.1 * best[0]:
-            best = misfit, [_space(a, b, misfit) for a, b in zip(A, B, strict=True)]
-        if misfit < _GOAL:
+        found = _coefficients(answers / scale, earlier[:n] / scale)
+        A = (found.A * outputs[:, None] / outputs).transpose(1, 0, 2, 3)
+        B = (found.B * scale).transpose(1, 0, 2, 3)
+        if not best or found.misfit < enough:
+            best = [_space(a, b, found.misfit) for a, b in zip(A, B, strict=True)]
+            enough = 0.1 * found.misfit
+        if found.misfit < _GOAL:
             break
-    assert best is not None
-    return best[1]
+    return best
 
 
 def through_time(pulses: Floats) -> tuple[Floats, Floats]:
@@ -59,7 +63,7 @@ def through_time(pulses: Floats) -> tuple[Floats, Floats]:
 
 
 def held(pulses: Floats) -> tuple[Floats, Floats]:
-    """Sort answers of an FMU that was asked anew in each step, as it stood there: [step, age]."""
+    """Sort answers of an FMU that was asked again in each step, as it was there: [step, age]."""
     return pulses, np.stack([_younger(pulses, n) for n in range(1, _LARGEST_ORDER + 1)])
 
 
@@ -79,8 +83,15 @@ def _positive(values: Floats) -> Floats:
     return np.where(values > 0.0, values, 1.0)
 
 
-def _coefficients(answers: Floats, earlier: Floats) -> tuple[Floats, Floats, float]:
-    """Give A (lag, ticks, outputs, outputs), B (lag, ticks, outputs, inputs), and the largest misfit."""
+class _Coefficients(NamedTuple):
+    """A (lag, ticks, outputs, outputs), B (lag, ticks, outputs, inputs), and the largest misfit."""
+
+    A: Floats
+    B: Floats
+    misfit: float
+
+
+def _coefficients(answers: Floats, earlier: Floats) -> _Coefficients:
     n, ticks, p = len(earlier), answers.shape[0], answers.shape[2]
     rows = earlier[:, :, n + 1 :].transpose(1, 2, 4, 0, 3).reshape(ticks, -1, n * p)
     sides = answers[:, n + 1 :].transpose(0, 1, 3, 2).reshape(ticks, -1, p)
@@ -88,7 +99,7 @@ def _coefficients(answers: Floats, earlier: Floats) -> tuple[Floats, Floats, flo
     misfit = float(np.max(np.abs(rows @ found - sides), initial=0.0))
     A = found.reshape(ticks, n, p, p).transpose(1, 0, 3, 2)
     free = answers[:, : n + 1] - np.einsum("lkij,lkqjm->kqim", A, earlier[:, :, : n + 1])
-    return A, free.transpose(1, 0, 2, 3), misfit
+    return _Coefficients(A, free.transpose(1, 0, 2, 3), misfit)
 
 
 def _space(A: Floats, B: Floats, misfit: float) -> StateSpace:

@@ -2,7 +2,7 @@
 The smallest linear system that answers as an FMU did.
 
     x(k+1) = A x(k) + B u(k)
-    y(k+1) = C x(k) + D u(k)          y(k+1): outputs behind the step, u(k): inputs set before it
+    y(k+1) = C x(k) + D u(k)          y(k+1): outputs after the step, u(k): inputs set before it
 
     H0[i, j] = C A^(i+j) [B X0],   H1[i, j] = C A^(i+j+1) [B X0],   H0 = U S V'
     A = S^-1/2 U' H1 V S^-1/2,   C = first rows of U S^1/2,   [B X0] = first columns of S^1/2 V'
@@ -14,6 +14,8 @@ Source   Ho, Kalman (1966); Juang, Pappa, An eigensystem realization algorithm, 
 """
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,31 +43,50 @@ def realise(responses: Responses) -> StateSpace:
     columns[columns == 0.0] = 1.0
     scaled = scaled / columns
     found = _realise(scaled, _DENSE[0])
-    if found[3] > GOAL:
-        found = min(found, _realise(scaled, _DENSE[1]), key=lambda f: f[3])
-    A, B, C, misfit = found
-    B, C = B * columns, outputs[:, None] * C
+    if found.misfit > GOAL:
+        found = min(found, _realise(scaled, _DENSE[1]), key=lambda one: one.misfit)
+    B = found.B * columns
     n = responses.pulses.shape[2]
-    D = responses.pulses[0]
-    return StateSpace(A, B[:, :n], C, D, B[:, n:], misfit, responses.curvature)
+    return StateSpace(
+        A=found.A,
+        B=B[:, :n],
+        C=outputs[:, None] * found.C,
+        D=responses.pulses[0],
+        X0=B[:, n:],
+        misfit=found.misfit,
+        curvature=responses.curvature,
+    )
 
 
-def _realise(markov: Floats, dense: int) -> tuple[Floats, Floats, Floats, float]:
+class _Realisation(NamedTuple):
+    """Matrices of scaled rows, and the largest relative error of what they repeat."""
+
+    A: Floats
+    B: Floats
+    C: Floats
+    misfit: float
+
+
+def _realise(markov: Floats, dense: int) -> _Realisation:
     n, n_outputs, n_columns = markov.shape
     half = (n - 1) // 2
     places = np.unique(np.concatenate([np.arange(dense), np.arange(dense, half, _SPARSE)]))
     H0, H1 = (_hankel(markov, places, shift) for shift in (0, 1))
     U, S, Vt = np.linalg.svd(H0, full_matrices=False)
-    found = [(np.zeros((0, 0)), np.zeros((0, n_columns)), np.zeros((n_outputs, 0)), _largest(markov))]
+    nothing = _Realisation(
+        np.zeros((0, 0)), np.zeros((0, n_columns)), np.zeros((n_outputs, 0)), _largest(markov)
+    )
+    found = [nothing]
     for r in _orders(S):
-        if found[-1][3] < GOAL:
+        if found[-1].misfit < GOAL:
             break
         root = np.sqrt(S[:r])
         A = (U[:, :r].T / root[:, None]) @ H1 @ (Vt[:r].T / root)
-        B, C = root[:, None] * Vt[:r, :n_columns], U[:n_outputs, :r] * root
-        found.append((A, B, C, _misfit(markov, A, B, C)))
-    enough = max(GOAL, _WORSE_THAN_BEST * min(f[3] for f in found))
-    return next(f for f in found if f[3] <= enough)
+        B = root[:, None] * Vt[:r, :n_columns]
+        C = U[:n_outputs, :r] * root
+        found.append(_Realisation(A, B, C, _misfit(markov, A, B, C)))
+    enough = max(GOAL, _WORSE_THAN_BEST * min(one.misfit for one in found))
+    return next(one for one in found if one.misfit <= enough)
 
 
 def _orders(S: Floats) -> list[int]:
@@ -82,7 +103,8 @@ def _hankel(markov: Floats, places: NDArray[np.int64], shift: int) -> Floats:
 
 def _misfit(markov: Floats, A: Floats, B: Floats, C: Floats) -> float:
     """Largest error over all rows, relative to each column's largest value; infinite if it runs away."""
-    x, worst = B, 0.0
+    x = B
+    worst = 0.0
     for row in markov:
         worst = max(worst, _largest(C @ x - row))
         if not worst < 1e3:

@@ -3,7 +3,7 @@ How one FMU answers, alone, to a pulse on each input; one without inputs, to a c
 
 All pulses start from one saved state, where the FMU has settled from its start with its inputs held. The
 answer is the central difference of the runs with +delta and -delta: noise of a fixed seed and the motion
-at rest cancel. Row j is the answer behind step j + 1; the pulse lasts for the first step.
+at rest cancel. Row j is the answer after step j + 1; the pulse lasts for the first step.
 Limits   What no input of an FMU with inputs reaches does not show.
 """
 
@@ -52,7 +52,7 @@ class Question:
 
     @property
     def key(self) -> tuple[Any, ...]:
-        """What the answer hangs on."""
+        """What the answer depends on."""
         names = tuple(v.name for v in (*self.inputs, *self.starts, *self.outputs))
         values = tuple(sorted(self.instance.start.items()))
         return (self.instance.name, self.instance.description.path, names, values, self.held, self.step_size)
@@ -164,7 +164,7 @@ class Bench:
         self.record = np.array(places, dtype=np.int64)
 
     def pulses(self) -> tuple[Floats, float]:
-        """Settle, then give the answers to a pulse on each input, and how far they bend."""
+        """Settle, then return the answers to a pulse on each input, and how far they bend."""
         self.run(0, N_SETTLING)
         self.save()
 
@@ -189,7 +189,7 @@ class Bench:
         return rows
 
     def run(self, begin: int, end: int) -> Floats:
-        """Step; give one row of outputs for each step."""
+        """Step; return one row of outputs for each step."""
         rows = np.empty((end - begin, len(self.record)))
         t0, h = self.question.t0, self.question.step_size
         monitor = finite_only(self.record)
@@ -211,7 +211,7 @@ class Bench:
             raise FmuError(self.question.instance.name, message)
 
     def free(self) -> None:
-        """Give the saved state back."""
+        """Return the saved state back."""
         if not self.failed and self.state[0]:
             self._state_call("free_state", self.state.ctypes.data)
 

@@ -2,13 +2,14 @@
 FMUs whose answers change in the course of a run: asked at each tick, see `history`.
 
 One that varies with time is pulsed through time. One that identifies is led through the run again by the
-inputs that it had there; behind each step its parameters are held, those that the step worked with, and it
-is pulsed as it stands: the linear system is that of the run's own parameters, and how a pulse would change
+inputs that it had there; after each step its parameters are held, those that the step worked with, and it
+is pulsed as it is: the linear system is that of the run's own parameters, and how a pulse would change
 them does not enter, as it does not enter the run.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 
 import numpy as np
@@ -18,26 +19,29 @@ from master.analysis.state_space import StateSpace
 from master.stepping.simulate import SlaveFactory
 
 from . import history
-from .online_identifiers import hold_now
+from .declarations import departures, hold_now
 from .responses import Bench, Question, delta_of, started
 
 Floats = NDArray[np.float64]
 
-PERIODIC = {"k_p_amplitude": "k_p_frequency"}
 _WHOLE = 1e-6
 _SAMPLES = 20
 _SAME = 1e-9
 
 
 def period_of(question: Question) -> int | None:
-    """Ticks after which an FMU answers as before; 0: constant; None: not a whole number of steps."""
-    periods = [0]
-    for amplitude, frequency in PERIODIC.items():
-        if frequency in question.instance.description.by_name and question.instance.value_of(amplitude):
-            steps = 1.0 / (float(question.instance.value_of(frequency) or np.inf) * question.step_size)
-            whole = abs(steps - round(steps)) < _WHOLE * steps
-            periods.append(round(steps) if whole else -1)
-    return None if min(periods) < 0 else max(periods)
+    """Return the ticks after which an FMU answers as before; 0: constant; None: not an integer number."""
+    instance = question.instance
+    periods: list[int] = []
+    for declared in departures(instance):
+        frequency = 0.0 if declared.frequency is None else float(instance.value_of(declared.frequency) or 0.0)
+        if frequency == 0.0:
+            continue
+        steps = 1.0 / (frequency * question.step_size)
+        if abs(steps - round(steps)) >= _WHOLE * steps:
+            return None
+        periods.append(round(steps))
+    return math.lcm(*periods) if periods else 0
 
 
 def measure_through_time(question: Question, factory: SlaveFactory, ticks: int) -> Sequence[StateSpace]:
@@ -60,7 +64,7 @@ def measure_through_time(question: Question, factory: SlaveFactory, ticks: int) 
 
 def measure_learning(question: Question, factory: SlaveFactory, inputs: Floats) -> Sequence[StateSpace]:
     """
-    Ask an FMU that identifies behind each step of a run, with its parameters held.
+    Ask an FMU that learns after each step of a run, with its parameters held.
 
     Args:
         question: The FMU.
@@ -80,7 +84,7 @@ def measure_learning(question: Question, factory: SlaveFactory, inputs: Floats) 
 
 
 def _learned(question: Question, factory: SlaveFactory, inputs: Floats, stride: int) -> Floats:
-    """Lead an FMU through a run; give its answers behind each so manieth step."""
+    """Lead an FMU through a run; return its answers after each step whose number `stride` divides."""
     bench = Bench(question, started(question, factory))
     pulses = []
     try:
@@ -96,7 +100,7 @@ def _learned(question: Question, factory: SlaveFactory, inputs: Floats, stride: 
 
 
 def _pulses(bench: Bench, k: int, prepare: Callable[[], None] = lambda: None) -> Floats:
-    """Give the answers from tick k on, shape (ages, outputs, inputs), and leave the FMU as it was."""
+    """Return the answers from tick k on, shape (ages, outputs, inputs), and leave the FMU as it was."""
     bench.save()
     found = []
     for i, variable in enumerate(bench.question.inputs):
@@ -109,7 +113,7 @@ def _pulses(bench: Bench, k: int, prepare: Callable[[], None] = lambda: None) ->
 
 
 def alone(question: Question, factory: SlaveFactory, ticks: int) -> Floats:
-    """Outputs behind each step with the inputs held at their start, shape (ticks, outputs)."""
+    """Outputs after each step with the inputs held at their start, shape (ticks, outputs)."""
     bench = Bench(question, started(question, factory))
     try:
         return bench.run(0, ticks)
@@ -118,7 +122,7 @@ def alone(question: Question, factory: SlaveFactory, ticks: int) -> Floats:
 
 
 def answer(systems: Sequence[StateSpace], inputs: Floats, outputs: Floats) -> Floats:
-    """Outputs behind each step of a linear system in `history` coordinates, steady before the start."""
+    """Outputs after each step of a linear system in `history` coordinates, steady before the start."""
     first = systems[0]
     p, m = first.D.shape
     n = first.order // (p + m)

@@ -52,14 +52,14 @@ class Margin:
 
 
 def margins(coupled: LinearSystem) -> list[Margin]:
-    """Give the margins of all connections; none for an unstable system or FMUs of several rates."""
+    """Return the margins of all connections; none for an unstable system or FMUs of several rates."""
     if coupled.period != 1 or growth_rate(coupled) > 0.0:
         return []
     return [margin(coupled, wire) for wire in coupled.wires]
 
 
 def margin(coupled: LinearSystem, wire: Wire) -> Margin:
-    """Give the margins of one connection of a stable system in which every FMU steps each tick."""
+    """Return the margins of one connection of a stable system in which every FMU steps each tick."""
     opened = coupled.opened(wire, cut=True)
     angles = _angles(opened)
     response = transfer(opened, np.exp(1j * angles))

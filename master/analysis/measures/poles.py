@@ -1,4 +1,4 @@
-"""Poles of the coupled system: frequency, damping, growth, and which FMUs take part."""
+"""Poles of the coupled system: frequency, damping, growth, and which FMUs participate."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import cmath
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,7 +28,7 @@ class Pole:
     """
     A pole z of one period [s] of the order, s = log(z)/period [1/s].
 
-    `parts` gives the share of each FMU (or value under way) that takes part, largest first; `weight` the
+    `parts` gives the share of each FMU (or value under way) that participates, largest first; `weight` the
     energy of the pole in the compared signal after a push on the inputs of that signal's FMU.
     """
 
@@ -66,21 +66,30 @@ class Pole:
 
 
 def poles(coupled: LinearSystem, signal: str | None = None, duration: float = 10.0) -> list[Pole]:
-    """Give one pole for each conjugate pair, slowest decay first; `duration` [s] is for the weights."""
-    z, left, right = _eigenvectors(coupled.matrix())
+    """Return one pole for each conjugate pair, slowest decay first; `duration` [s] is for the weights."""
+    modes = _modes(coupled.matrix())
+    z = modes.z
     period = coupled.period * coupled.step_size
     found = []
-    weights = _weights(coupled, signal, (z, left, right), duration)
+    weights = _weights(coupled, signal, modes, duration)
     for i in np.argsort(-np.abs(z), kind="stable"):
         if z[i].imag >= 0.0 and abs(z[i]) > SMALLEST_MODULUS:
-            parts = _participation(coupled.owners(), left[:, i], right[:, i])
+            parts = _participation(coupled.owners(), modes.left[:, i], modes.right[:, i])
             found.append(Pole(complex(z[i]), period, parts, weights[i]))
     return found
 
 
-def _eigenvectors(M: Floats) -> tuple[Complexes, Complexes, Complexes]:
+class _Modes(NamedTuple):
+    """Eigenvalues, and eigenvectors as columns."""
+
+    z: Complexes
+    left: Complexes
+    right: Complexes
+
+
+def _modes(M: Floats) -> _Modes:
     found: Any = eig(M, left=True, right=True)
-    return found[0], found[1], found[2]
+    return _Modes(*found)
 
 
 def _participation(owners: Sequence[str], left: Complexes, right: Complexes) -> tuple[tuple[str, float], ...]:
@@ -93,15 +102,14 @@ def _participation(owners: Sequence[str], left: Complexes, right: Complexes) -> 
     return tuple((name, value) for name, value in ranked if value > _SHOWN_SHARE)
 
 
-def _weights(
-    coupled: LinearSystem, signal: str | None, found: tuple[Complexes, Complexes, Complexes], duration: float
-) -> list[float]:
-    z, left, right = found
+def _weights(coupled: LinearSystem, signal: str | None, modes: _Modes, duration: float) -> list[float]:
+    z, left, right = modes
     instance = "" if signal is None else SignalName(signal).instance
     pushed = [w for w in coupled.wires if w.target.instance == instance]
     if signal is None or not pushed or coupled.period != 1:
         return [0.0] * len(z)
-    c, weights = coupled.row(signal), np.zeros(len(z))
+    c = coupled.row(signal)
+    weights = np.zeros(len(z))
     n_steps = max(1, round(duration / coupled.step_size))
     for wire in pushed:
         b = coupled.opened(wire, cut=False).N[:, 0]
@@ -131,7 +139,24 @@ def nearest(system: StateSpace, step_size: float, to: Pole) -> Pole | None:
     return min(own, key=lambda p: abs(p.s - complex(to.s.real, abs(to.s.imag))), default=None)
 
 
+class Fastest(NamedTuple):
+    """The pole that grows fastest: its growth log|z|/period [1/s], and its damping ratio -Re(s)/|s|."""
+
+    growth: float
+    zeta: float
+
+
+def fastest(coupled: LinearSystem) -> Fastest:
+    """Find the pole that grows fastest."""
+    z = np.linalg.eigvals(coupled.matrix())
+    moduli = np.abs(z)
+    if not np.any(moduli > 0.0):
+        return Fastest(math.log(1e-300) / (coupled.period * coupled.step_size), 1.0)
+    place = int(np.argmax(moduli))
+    period = coupled.period * coupled.step_size
+    return Fastest(math.log(max(float(moduli[place]), 1e-300)) / period, Pole(complex(z[place]), period).zeta)
+
+
 def growth_rate(coupled: LinearSystem) -> float:
-    """Largest growth of any pole, log|z|/period [1/s]; above 0 the system is unstable."""
-    modulus = float(np.max(np.abs(np.linalg.eigvals(coupled.matrix())), initial=0.0))
-    return math.log(max(modulus, 1e-300)) / (coupled.period * coupled.step_size)
+    """Largest growth of any pole [1/s]; above 0 the system is unstable."""
+    return fastest(coupled).growth

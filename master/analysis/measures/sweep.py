@@ -2,7 +2,7 @@
 Stability over one or two parameters; the boundary by root search on the growth of the fastest pole.
 
 An axis is `signals=from:to:n`: one parameter, or several joined by commas that get the same value. A
-connected input in place of a parameter stands for an extra delay [s] of its connection; its boundary is
+connected input in place of a parameter means an extra delay [s] of its connection; its boundary is
 the delay margin.
 """
 
@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +22,7 @@ from master.fmi.description import Kind
 from master.system.graph import System, Wire
 
 from .margins import margin
-from .poles import growth_rate
+from .poles import fastest, growth_rate
 
 Floats = NDArray[np.float64]
 Progress = Callable[[], None]
@@ -31,12 +32,17 @@ _RELATIVE_TOLERANCE = 1e-6
 
 @dataclass(frozen=True)
 class Axis:
-    """Signals that get the same value, and the values."""
+    """
+    Signals that get the same value, and the values.
+
+    `own` is the value that the system itself has; None where its signals differ. That of a delay is 0.
+    """
 
     signals: tuple[str, ...]
     values: Floats
     unit: str
     wire: Wire | None
+    own: float | None = None
 
     @property
     def label(self) -> str:
@@ -50,15 +56,16 @@ class Axis:
 @dataclass(frozen=True)
 class StabilityMap:
     """
-    Growth of the fastest pole [1/s], shape (len(y) or 1, len(x)), and its roots.
+    Growth [1/s] and damping ratio of the fastest pole, shapes (len(y) or 1, len(x)), and the growth's roots.
 
-    Along a delay `growth` is that without delay, and NaN beyond the margin. `boundary` has a point (x, y)
-    for each root, y = 0 without a second axis.
+    Along a delay both are those without delay, and NaN beyond the margin. `boundary` has a point (x, y) for
+    each root, y = 0 without a second axis.
     """
 
     x: Axis
     y: Axis | None
     growth: Floats
+    damping: Floats
     boundary: tuple[tuple[float, float], ...]
 
     @property
@@ -81,11 +88,17 @@ def parse_axis(text: str, system: System) -> Axis:
     values = _values(span, faults) if equals else np.zeros(0)
     wires = [w for w in system.wires if w.target.name == signals[0]]
     if wires and len(signals) == 1 and not faults:
-        return Axis(signals, values, "s", wires[0])
+        return Axis(signals, values, "s", wires[0], own=0.0)
     units = [_unit(system, s, faults) for s in signals] if equals else []
     if faults:
         raise ConfigError(faults)
-    return Axis(signals, values, units[0], None)
+    own = {float(_own_value(system, signal)) for signal in signals}
+    return Axis(signals, values, units[0], None, own=own.pop() if len(own) == 1 else None)
+
+
+def _own_value(system: System, signal: str) -> float | str:
+    instance, _, name = signal.partition(".")
+    return system.instances[instance].value_of(name) or 0.0
 
 
 def _values(span: str, faults: list[str]) -> Floats:
@@ -115,58 +128,81 @@ def _unit(system: System, signal: str, faults: list[str]) -> str:
 
 
 def stability_map(
-    laboratory: Linearisation, x: Axis, y: Axis | None = None, progress: Progress = lambda: None
+    linearisation: Linearisation, x: Axis, y: Axis | None = None, progress: Progress = lambda: None
 ) -> StabilityMap:
     """Compute growth and boundary; `progress` is called for each value of x."""
     if x.wire is not None and y is not None:
         x, y = y, x
     if x.wire is not None:
-        raise ConfigError([f"--sweep: a delay alone, got {x.label}, expected a parameter beside it"])
-    columns, boundary = [], []
+        raise ConfigError([f"--sweep: a delay alone, got {x.label}, expected a parameter with it"])
+    columns = []
+    boundary: list[tuple[float, float]] = []
     for value in x.values:
-        fixed = dict.fromkeys(x.signals, float(value))
-        column, roots = _column(laboratory, fixed, y)
+        column = _column(linearisation, dict.fromkeys(x.signals, float(value)), y)
         columns.append(column)
-        boundary += [(float(value), root) for root in roots]
+        boundary += [(float(value), root) for root in column.roots]
         progress()
-    growth = np.array(columns).T
+    growth = np.array([column.growth for column in columns]).T
+    damping = np.array([column.damping for column in columns]).T
     if y is None:
         boundary = [
-            (root, 0.0) for root in _roots(_growth_along(laboratory, {}, x.signals), x.values, growth[0])
+            (root, 0.0) for root in _roots(_growth_along(linearisation, {}, x.signals), x.values, growth[0])
         ]
-    return StabilityMap(x, y, growth, tuple(boundary))
+    elif y.wire is None:
+        boundary += _along_x(linearisation, x, y, growth)
+    return StabilityMap(x, y, growth, damping, tuple(sorted(boundary)))
 
 
-def _column(
-    laboratory: Linearisation, fixed: Mapping[str, float], y: Axis | None
-) -> tuple[Floats, list[float]]:
+def _along_x(linearisation: Linearisation, x: Axis, y: Axis, growth: Floats) -> list[tuple[float, float]]:
+    """Find the roots between columns, which a boundary that runs along y has only."""
+    found = []
+    for value, row in zip(y.values, growth, strict=True):
+        along = _growth_along(linearisation, dict.fromkeys(y.signals, float(value)), x.signals)
+        found += [(root, float(value)) for root in _roots(along, x.values, row)]
+    return found
+
+
+class _Column(NamedTuple):
+    """Growth and damping of the fastest pole along y, shapes (len(y) or 1,), and the roots of the growth."""
+
+    growth: Floats
+    damping: Floats
+    roots: list[float]
+
+
+def _column(linearisation: Linearisation, fixed: Mapping[str, float], y: Axis | None) -> _Column:
+    if y is not None and y.wire is not None:
+        return _delays(linearisation, fixed, y, y.wire)
+    changes = [fixed] if y is None else [{**fixed, **dict.fromkeys(y.signals, float(v))} for v in y.values]
+    found = [fastest(linearisation.coupled(change)) for change in changes]
+    growth = np.array([one.growth for one in found])
+    damping = np.array([one.zeta for one in found])
     if y is None:
-        return np.array([_growth_along(laboratory, fixed, ())(0.0)]), []
-    if y.wire is not None:
-        return _delays(laboratory, fixed, y, y.wire)
-    function = _growth_along(laboratory, fixed, y.signals)
-    column = np.array([function(float(v)) for v in y.values])
-    return column, _roots(function, y.values, column)
+        return _Column(growth, damping, [])
+    along = _growth_along(linearisation, fixed, y.signals)
+    return _Column(growth, damping, _roots(along, y.values, growth))
 
 
-def _delays(
-    laboratory: Linearisation, fixed: Mapping[str, float], y: Axis, wire: Wire
-) -> tuple[Floats, list[float]]:
-    coupled = laboratory.coupled(fixed)
+def _delays(linearisation: Linearisation, fixed: Mapping[str, float], y: Axis, wire: Wire) -> _Column:
+    coupled = linearisation.coupled(fixed)
     if coupled.period != 1:
         raise ConfigError(["--sweep: no delay over FMUs of several rates, expected each to step every tick"])
-    at_rest = growth_rate(coupled)
-    if at_rest > 0.0:
-        return np.full(len(y.values), at_rest), []
+    at_rest = fastest(coupled)
+    if at_rest.growth > 0.0:
+        return _Column(np.full(len(y.values), at_rest.growth), np.full(len(y.values), at_rest.zeta), [])
     bound = margin(coupled, wire).delay
-    column = np.where(y.values < (np.inf if bound is None else bound), at_rest, np.nan)
-    return column, [] if bound is None or bound > y.values[-1] else [bound]
+    inside = y.values < (np.inf if bound is None else bound)
+    return _Column(
+        growth=np.where(inside, at_rest.growth, np.nan),
+        damping=np.where(inside, at_rest.zeta, np.nan),
+        roots=[] if bound is None or bound > y.values[-1] else [bound],
+    )
 
 
 def _growth_along(
-    laboratory: Linearisation, fixed: Mapping[str, float], signals: Sequence[str]
+    linearisation: Linearisation, fixed: Mapping[str, float], signals: Sequence[str]
 ) -> Callable[[float], float]:
-    return lambda value: growth_rate(laboratory.coupled({**fixed, **dict.fromkeys(signals, value)}))
+    return lambda value: growth_rate(linearisation.coupled({**fixed, **dict.fromkeys(signals, value)}))
 
 
 def _roots(function: Callable[[float], float], values: Floats, growth: Floats) -> list[float]:

@@ -16,7 +16,7 @@ _LARGEST_MODULUS = 1e3
 
 
 def zeros(coupled: LinearSystem, wire: Wire, signal: str) -> list[Pole]:
-    """Give the finite z at which a push on top of the wire's value does not reach the signal."""
+    """Return the finite z at which a push on top of the wire's value does not reach the signal."""
     opened = coupled.opened(wire, cut=False)
     n = len(opened.M)
     pencil = np.block([[opened.M, opened.N], [coupled.row(signal), 0.0]])

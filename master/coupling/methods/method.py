@@ -14,16 +14,18 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple, Protocol
 
-import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
 from master.text.fields import Finite, Integer, Section
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from master.system.graph import System, Wire
 
-Floats = NDArray[np.float64]
+    Floats = NDArray[np.float64]
+
 Members = Annotated[tuple[str, ...], Field(min_length=1)]
 Tolerance = Annotated[Finite, Field(gt=0.0)]
 Passes = Annotated[Integer, Field(ge=1, le=10**6)]

@@ -29,10 +29,12 @@ from pydantic import Field
 from master.text.fields import Integer
 
 from .iterated import Iterated
-from .method import Emitter, Floats, LinearTick, Members, Passes, Residual, Tolerance
+from .method import Emitter, LinearTick, Members, Passes, Residual, Tolerance
 
 if TYPE_CHECKING:
     from master.system.graph import System, Wire
+
+    from .method import Floats
 
 LONGEST_WINDOW = 10_000  # ticks; each has operations of its own in the program
 

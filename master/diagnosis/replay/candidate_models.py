@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from contextlib import ExitStack
-from multiprocessing import get_context
 from pathlib import Path
 from types import TracebackType
 
@@ -17,6 +15,7 @@ from master import catalogue
 from master.diagnosis.case.cut import CutPart, CutSystem
 from master.errors import ConfigError
 from master.fmi.description_reader import read_description
+from master.process.workers import workers
 from master.text.signal_name import SignalName
 
 from .placed_effect import PlacedEffect, source_with
@@ -80,8 +79,10 @@ class ModelPool:
         stale = sorted(n for n in names if not build.target(n).is_current())
         if not stale:
             return
-        with ProcessPoolExecutor(min(len(stale), os.cpu_count() or 1), get_context("fork")) as processes:
-            for name, fault in zip(stale, processes.map(_build, stale), strict=True):
+        with workers(min(len(stale), os.cpu_count() or 1), "fork") as pool:
+            building = [pool.submit(_build, name) for name in stale]
+            for name, built in zip(stale, building, strict=True):
+                fault = built.result()
                 if fault:
                     raise ConfigError([f"{name}.fmu: {fault}; {ADVICE}"])
                 progress(name)

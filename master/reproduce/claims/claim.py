@@ -64,8 +64,8 @@ class Check:
     """
     One row: a number from runs that differ in the noise only, and its bound.
 
-    `combine` makes one number of those of the runs, which `name` names. `why` and `claim` stand over those
-    of the claim; `expected` is the verdict that was found when it was written, if not that of the claim.
+    `combine` makes one number of those of the runs, which `name` names. `why` and `claim` take precedence
+    over those of the claim; `expected` is the verdict found when it was written, if not that of the claim.
     `bound_from` is what the bound follows from other than from the measured value.
     """
 
@@ -88,7 +88,7 @@ class Claim:
     """
     What the paper says, where, and the checks that judge it.
 
-    `if_met` is the verdict if a bound is met; `bound_from` stands where a check has none of its own.
+    `if_met` is the verdict if a bound is met; `bound_from` is used where a check has none of its own.
     """
 
     id: str
@@ -121,7 +121,7 @@ class Row:
 
 
 def wishes(claims: Sequence[Claim]) -> dict[Run, Wanted]:
-    """Give the runs of all checks, every seed, with the numbers they are asked for."""
+    """Return the runs of all checks, every seed, with the numbers they are asked for."""
     found: dict[Run, Wanted] = {}
     for check in (c for claim in claims for c in claim.checks):
         for run in (r.with_seed(seed) for r in check.runs for seed in SEEDS):
@@ -134,9 +134,13 @@ def judge(claim: Claim, recordings: Mapping[Run, Recording]) -> list[Row]:
     return [_row(claim, check, _worst(check, recordings)) for check in claim.checks]
 
 
-def expected_verdict(claim: Claim, check: Check) -> str:
-    """Verdict that was found when the claim was written; another one is news."""
-    return check.expected or claim.if_met
+def changed_verdicts(claim: Claim, rows: Sequence[Row]) -> list[str]:
+    """Name the rows whose verdict is another one than when the claim was written."""
+    return [
+        f"{row.id}: {row.verdict}, expected {expected}"
+        for row, check in zip(rows, claim.checks, strict=True)
+        if row.verdict != (expected := check.expected or claim.if_met)
+    ]
 
 
 def _worst(check: Check, recordings: Mapping[Run, Recording]) -> float:

@@ -27,7 +27,7 @@ FORGETTING = (0.98, 0.995, 0.998, 1.0)
 
 
 def varying(variant: str, *values: str, plant: str = HEXAPOD) -> Run:
-    """Give a run with time-varying stiffness."""
+    """Return a run with time-varying stiffness."""
     return Run(config_of("time_varying_stiffness", plant), variant, values)
 
 
@@ -73,7 +73,8 @@ _CHANCE = "the bound is that of the linear plant; one seed of ten with lambda 0.
 def _rls() -> Iterable[Check]:
     for plant in PLANTS:
         end = "" if plant == HEXAPOD else ".linear"
-        kalman, runs = varying("cfdc", plant=plant), rls_runs(plant=plant)
+        kalman = varying("cfdc", plant=plant)
+        runs = rls_runs(plant=plant)
         best = f"best RLS of lambda {', '.join(f'{x:g}' for x in FORGETTING)}, CFDC, {plant}"
         fails = plant == HEXAPOD
         yield Check(
@@ -146,7 +147,8 @@ def _identified() -> Iterable[Check]:
 
 def _singular() -> Iterable[Check]:
     for case in ("S1", "S2"):
-        run, label = run_of(case, "cfdc"), f"{case}: {CASES[case].title}, hexapod"
+        run = run_of(case, "cfdc")
+        label = f"{case}: {CASES[case].title}, hexapod"
         yield Check(f"{case}.condition", f"{label}, normalised regressor", "condition", (run,), above(1e5))
     for case in SIMULATED:
         fails = case == "S2"

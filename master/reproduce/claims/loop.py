@@ -78,7 +78,8 @@ def _stops() -> Iterable[Check]:
     for case in CASES:
         for plant, preset in _WITH_PLANTS:
             run = (run_of(case, CASES[case].stops, PRESETS[preset], plant),)
-            name, label = _id(case, plant, preset), _label(case, plant, preset)
+            name = _id(case, plant, preset)
+            label = _label(case, plant, preset)
             yield Check(f"{name}.damping", label, "zeta_deviation", run, below(5e-4))
             yield Check(f"{name}.rms", label, "rms_s_des", run, below(0.03 if preset == "L" else 0.01))
 
@@ -101,7 +102,8 @@ def _coincides() -> Iterable[Check]:
     for case in CASES:
         for plant, preset in _WITH_PLANTS:
             run = (run_of(case, CASES[case].full, PRESETS[preset], plant),)
-            name, label = _id(case, plant, preset), _label(case, plant, preset)
+            name = _id(case, plant, preset)
+            label = _label(case, plant, preset)
             why = ATTENUATED if case == "S2" and plant == HEXAPOD else ""
             yield Check(f"{name}.rms", label, "rms_s_act", run, below(0.03), why=why)
             most = 2.0 if preset == "L" else 1.0
@@ -115,7 +117,8 @@ def _only_slows(variant: str, least: float) -> Iterable[Check]:
     for plant in PLANTS:
         for case in EXPERIMENTAL:
             alone, none = run_of(case, variant, plant=plant), run_of(case, "none", plant=plant)
-            name, label = _id(case, plant), _label(case, plant)
+            name = _id(case, plant)
+            label = _label(case, plant)
             yield Check(f"{name}.grows", label, "growth_per_cycle", (alone,), above(least))
             slower = Bound(high=1.0)
             yield Check(
@@ -158,7 +161,8 @@ _FIRST_ORDER = (
 
 def _any_plant() -> Iterable[Check]:
     for case, method in (*((case, "backward") for case in CASES), ("S2", "bilinear")):
-        stops, difference = CASES[case].stops, f"compensator.difference_method={method}"
+        stops = CASES[case].stops
+        difference = f"compensator.difference_method={method}"
         runs = tuple(
             run_of(case, stops, (*EXACT, difference, f"motion_simulator.dead_time={delay}"), LINEAR)
             for delay in (0.0, 0.03, 0.1)

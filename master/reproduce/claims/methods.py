@@ -34,7 +34,7 @@ def method_run(case: str, method: str, stop_time: float | None = None) -> Run:
 
 
 def drag_run(variant: str, plant: str = HEXAPOD) -> Run:
-    """Give a run of the drag stage."""
+    """Return a run of the drag stage."""
     return Run(config_of("drag", plant), variant)
 
 

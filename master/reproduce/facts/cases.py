@@ -8,6 +8,8 @@ from dataclasses import dataclass
 
 from master.reproduce.measures.runs import Run
 
+from .tables import TABLES
+
 HEXAPOD, LINEAR = "hexapod", "linear"
 PLANTS = (HEXAPOD, LINEAR)
 
@@ -68,19 +70,19 @@ def _of(hexapod: float, linear: float) -> Mapping[str, float]:
 
 
 KNOWN = {
-    "S1": Known(0.9746, 0.00486, 0.0, _of(-12.16, -12.39), _of(0.984, 0.995)),
-    "S2": Known(2.617, 0.00822, 0.0, _of(-30.70, -33.20), _of(0.912, 0.965)),
-    "E1": Known(0.4346, 0.00306, 0.01, _of(-5.45, -5.53), _of(0.997, 0.999)),
-    "E2": Known(0.8749, 0.00619, 0.01, _of(-10.94, -11.13), _of(0.987, 0.996)),
+    "S1": Known(0.9746, 0.00486, TABLES["S1"].T_f, _of(-12.16, -12.39), _of(0.984, 0.995)),
+    "S2": Known(2.617, 0.00822, TABLES["S2"].T_f, _of(-30.70, -33.20), _of(0.912, 0.965)),
+    "E1": Known(0.4346, 0.00306, TABLES["E1"].T_f, _of(-5.45, -5.53), _of(0.997, 0.999)),
+    "E2": Known(0.8749, 0.00619, TABLES["E2"].T_f, _of(-10.94, -11.13), _of(0.987, 0.996)),
 }
 SIMULATED, EXPERIMENTAL = ("S1", "S2"), ("E1", "E2")
 
 
 def config_of(name: str, plant: str = HEXAPOD) -> str:
-    """Give the configuration of a case's file with a plant."""
+    """Return the configuration of a case's file with a plant."""
     return f"hexapod/{name}" if plant == HEXAPOD else name
 
 
 def run_of(case: str, variant: str, values: tuple[str, ...] = (), plant: str = HEXAPOD) -> Run:
-    """Give a run of a case."""
+    """Return a run of a case."""
     return Run(config_of(CASES[case].config, plant), variant, values)

@@ -32,7 +32,7 @@ ERRATA = (
     Erratum(
         "Eq. 16",
         "signs of c, d, e for +G",
-        "for data with f = -G s all three change sign; here c, d, e stand for -s",
+        "for data with f = -G s all three change sign; here c, d, e are those for -s",
         SYMBOLIC,
     ),
     Erratum(
@@ -58,7 +58,7 @@ ERRATA = (
     ),
     Erratum(
         "Eq. 21",
-        "P(k,k-1) = P(k,k-1) + Q, behind the gain",
+        "P(k,k-1) = P(k,k-1) + Q, after the gain",
         "P(k,k-1) = P(k-1,k-1) + Q, before the gain",
         READ,
     ),

@@ -2,7 +2,7 @@
 The same system in every order of stepping: what each order delays, and what that does to the damping.
 
 All 120 orders of the five FMUs in the loop fall into a few classes, which delay the same connections. Each
-class is stepped once; Jacobi, and iteration until the connections agree, beside them.
+class is stepped once; Jacobi, and iteration until the connections agree, in addition to them.
 """
 
 from __future__ import annotations
@@ -36,14 +36,16 @@ class Ordered:
     One class of orders.
 
     `late` names the connections whose value is one step old, `loop_steps` the steps around the force loop,
-    `zeta` the damping ratio without and with compensation (None: no oscillating pole).
+    `zeta_none` and `zeta_compensated` the damping ratio without and with compensation (None: no oscillating
+    pole).
     """
 
     name: str
     count: int
     late: tuple[str, ...]
     loop_steps: float
-    zeta: tuple[float | None, float | None]
+    zeta_none: float | None
+    zeta_compensated: float | None
     zeta_ideal: float
 
 
@@ -55,7 +57,7 @@ def compare(case: str = "S1") -> list[Ordered]:
     found = []
     for name, count, order in _orders(experiments[0]):
         schedule = make_schedule(experiments[0].system, order, "order")
-        found.append(_ordered((name, count), experiments[0], loops, schedule))
+        found.append(_ordered(name, count, experiments[0], loops, schedule))
     return found
 
 
@@ -75,7 +77,7 @@ def _orders(experiment: Experiment) -> list[tuple[str, int, list[str | list[str]
 
 
 def _ordered(
-    named: tuple[str, int], experiment: Experiment, loops: Sequence[LinearSystem], schedule: Schedule
+    name: str, count: int, experiment: Experiment, loops: Sequence[LinearSystem], schedule: Schedule
 ) -> Ordered:
     ledger = make_ledger(experiment.system, schedule, experiment.grid.step_size)
     late = tuple(f"{e.source} -> {e.target}" for e in ledger.entries if e.mean > 0.0)
@@ -83,11 +85,18 @@ def _ordered(
     is_iterated = any(isinstance(group, Iterated) for group in schedule.groups)
     signal = None if is_iterated else "spacecraft.s_des"
     stepped = [without_ideal(replace(loop, schedule=schedule)) for loop in loops]
-    found = [dominant(poles(loop, signal)) for loop in stepped]
+    without, compensated = (dominant(poles(loop, signal)) for loop in stepped)
     ideal = dominant([Pole(complex(z), loops[0].step_size) for z in _ideal(loops[0])])
     assert ideal is not None
-    zeta = [None if p is None else p.zeta for p in found]
-    return Ordered(*named, late, min(loop.steps for loop in force), (zeta[0], zeta[1]), ideal.zeta)
+    return Ordered(
+        name=name,
+        count=count,
+        late=late,
+        loop_steps=min(loop.steps for loop in force),
+        zeta_none=None if without is None else without.zeta,
+        zeta_compensated=None if compensated is None else compensated.zeta,
+        zeta_ideal=ideal.zeta,
+    )
 
 
 def _ideal(coupled: LinearSystem) -> Sequence[complex]:

@@ -1,8 +1,11 @@
-"""The tables of parameters: values, where each comes from, and what is not determined."""
+"""The parameters for people: values, where each comes from, and what is not determined."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+
+from .tables import LINEAR_PLANT, STEP, TABLES, Table
 
 PRINTED, CHOSEN, FITTED = "printed", "chosen", "fitted to printed numbers"
 
@@ -14,8 +17,16 @@ class Parameter:
     symbol: str
     meaning: str
     unit: str
-    values: tuple[str, str, str, str]
+    values: tuple[str, ...]
     source: str
+
+
+def _values(value: Callable[[Table], float]) -> tuple[str, ...]:
+    return tuple(_spaced(value(table)) for table in TABLES.values())
+
+
+def _spaced(value: float) -> str:
+    return f"{value:,.0f}".replace(",", " ") if value >= 1e4 else f"{value:g}"
 
 
 PARAMETERS = (
@@ -23,48 +34,54 @@ PARAMETERS = (
         "m_s",
         "mass of the spacecraft",
         "kg",
-        ("820", "1000", "4000", "1000"),
+        _values(lambda table: table.loop.m_s),
         f"E2 {PRINTED}; the others {CHOSEN} for the printed frequency",
     ),
     Parameter(
         "m_e",
         "mass of end-effector and manipulator",
         "kg",
-        ("80", "60", "100", "100"),
+        _values(lambda table: table.loop.m_e),
         f"{CHOSEN} within the printed limit of 100; 65 to 100 fit Table 3",
     ),
     Parameter(
         "k_m",
         "stiffness of the manipulator",
         "N/m",
-        ("150 000", "800 000", "139 200", "139 200"),
+        _values(lambda table: table.loop.k_m),
         f"{FITTED}: c, d, e and the frequency (Table 3); Y(0), roughly (Table 1); 2.6 Hz (Table 2)",
     ),
     Parameter(
-        "c_m", "damping of the manipulator", "N s/m", ("158", "800", "136.1", "136.1"), f"{FITTED}, as k_m"
+        "c_m",
+        "damping of the manipulator",
+        "N s/m",
+        _values(lambda table: table.loop.c_m),
+        f"{FITTED}, as k_m",
     ),
     Parameter(
         "k_p",
         "stiffness of the rope",
         "N/m",
-        ("37 900", "400 000", "37 760", "37 760"),
+        _values(lambda table: table.loop.k_p),
         f"{FITTED}, as k_m; its variation 8e4 sin 2 pi t in Table 2 {PRINTED}",
     ),
-    Parameter("c_p", "damping of the rope", "N s/m", ("65", "400", "97.3", "97.3"), f"{FITTED}, as k_m"),
-    Parameter("s0", "offset at the start", "mm", ("-10", "-10", "-5", "-5"), PRINTED),
-    Parameter("T", "sampling period", "ms", ("1", "1", "1", "1"), PRINTED),
+    Parameter(
+        "c_p", "damping of the rope", "N s/m", _values(lambda table: table.loop.c_p), f"{FITTED}, as k_m"
+    ),
+    Parameter("s0", "offset at the start", "mm", _values(lambda table: 1e3 * table.offset), PRINTED),
+    Parameter("T", "sampling period", "ms", _values(lambda _: 1e3 * STEP), PRINTED),
     Parameter(
         "T_f",
         "time constant of the force sensor",
         "ms",
-        ("0", "0", "10", "10"),
+        _values(lambda table: 1e3 * table.T_f),
         f"S {PRINTED} (no delay); E {CHOSEN}: more than 2.3 ms is necessary for CFDC alone to diverge",
     ),
     Parameter(
         "sigma",
         "standard deviation of the force noise",
         "N",
-        ("0.0316", "0.0316", "0.0316", "0.0316"),
+        _values(lambda table: table.sigma),
         f"R = 0.001 {PRINTED}, a variance",
     ),
     Parameter(
@@ -78,7 +95,12 @@ PARAMETERS = (
         "linear plant",
         "K_p, w_v, z, dead time",
         "",
-        ("30 1/s", "2 pi 20 rad/s", "0.8", "2 ms"),
+        (
+            f"{LINEAR_PLANT.K_p:g} 1/s",
+            f"{LINEAR_PLANT.w_v:.2f} rad/s",
+            f"{LINEAR_PLANT.z:g}",
+            f"{1e3 * LINEAR_PLANT.dead_time:g} ms",
+        ),
         f"{CHOSEN} close to the hexapod near 1 Hz; all cases the same",
     ),
 )

@@ -8,13 +8,14 @@ import numpy as np
 
 from master.analysis.closed_loop.linearise import Linearisation
 from master.analysis.measures.sweep import parse_axis, stability_map
+from master.pages.chart import CIRCLE, CROSS, REFERENCE, Chart, Curve
 from master.reproduce.claims.methods import drag_run
 from master.reproduce.facts.cases import EXACT, LINEAR, run_of
 from master.reproduce.measures.poles import Complexes, Plane, cancelled, planes
 from master.reproduce.measures.runs import experiment_of
 
 from .drawing import S_ACT, S_IDEAL, TIME, Recordings, curve
-from .plot import CIRCLE, CROSS, REFERENCE, Curve, Figure, Panel
+from .figure import Figure
 
 _LOOP = run_of("S1", "cfdc", EXACT, LINEAR)
 _REAL, _IMAGINARY = "real part [1/s]", "imaginary part [1/s]"
@@ -25,19 +26,19 @@ def _marks(label: str, values: Complexes, style: str) -> Curve:
     return Curve(label, values.real, values.imag, style)
 
 
-def _plane(marks: Sequence[Curve]) -> Sequence[Panel]:
+def _plane(marks: Sequence[Curve]) -> Sequence[Chart]:
     return [
-        Panel(title, _REAL, _IMAGINARY, marks, y_range, x_range)
+        Chart(title, _REAL, _IMAGINARY, marks, y_range, x_range)
         for title, (x_range, y_range) in (("near the origin", _NEAR), ("all", _WIDE))
     ]
 
 
-def _ideal(recordings: Recordings) -> Sequence[Panel]:
+def _ideal(recordings: Recordings) -> Sequence[Chart]:
     ideal, _ = planes(experiment_of(_LOOP))
     return _plane([_marks("poles", ideal.poles, CROSS), _marks("zeros", ideal.zeros, CIRCLE)])
 
 
-def _loop(recordings: Recordings) -> Sequence[Panel]:
+def _loop(recordings: Recordings) -> Sequence[Chart]:
     ideal, loop = planes(experiment_of(_LOOP))
     return _plane(
         [
@@ -61,7 +62,7 @@ def _split(loop: Plane) -> list[Curve]:
 _DRAGS = (("K = 1/sqrt(alpha) (paper)", drag_run("cfdc_dpdc")), ("K = 1", drag_run("unit_dc")))
 
 
-def _drag(recordings: Recordings) -> Sequence[Panel]:
+def _drag(recordings: Recordings) -> Sequence[Chart]:
     last = recordings[_DRAGS[-1][1]]
     motion = [curve("ideal", last, S_IDEAL, 1e3, REFERENCE)]
     motion += [curve(label, recordings[run], S_ACT, 1e3) for label, run in _DRAGS]
@@ -70,8 +71,8 @@ def _drag(recordings: Recordings) -> Sequence[Panel]:
         for label, found in ((label, recordings[run]) for label, run in _DRAGS)
     ]
     return (
-        Panel("displacement of the motion simulator", TIME, "displacement [mm]", motion),
-        Panel("deviation from the ideal", TIME, "deviation [mm]", error),
+        Chart("displacement of the motion simulator", TIME, "displacement [mm]", motion),
+        Chart("deviation from the ideal", TIME, "deviation [mm]", error),
     )
 
 
@@ -92,15 +93,15 @@ _MAPS = (
 )
 
 
-def _maps(recordings: Recordings) -> Sequence[Panel]:
-    panels = []
+def _maps(recordings: Recordings) -> Sequence[Chart]:
+    charts = []
     for title, x_text, y_text, y_label in _MAPS:
-        laboratory = Linearisation(experiment_of(_LOOP))
-        x, y = (parse_axis(text, laboratory.system) for text in (x_text, y_text))
-        points = np.array(sorted(stability_map(laboratory, x, y).boundary))
+        linearisation = Linearisation(experiment_of(_LOOP))
+        x, y = (parse_axis(text, linearisation.system) for text in (x_text, y_text))
+        points = np.array(sorted(stability_map(linearisation, x, y).boundary))
         limit = Curve("boundary: unstable above", points[:, 0], 1e3 * points[:, 1])
-        panels.append(
-            Panel(
+        charts.append(
+            Chart(
                 title,
                 x.label,
                 y_label,
@@ -108,7 +109,7 @@ def _maps(recordings: Recordings) -> Sequence[Panel]:
                 (0.0, 1.3e3 * float(points[:, 1].max())),
             )
         )
-    return panels
+    return charts
 
 
 FIGURES = (

@@ -7,15 +7,15 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from master.pages.chart import DOTTED, LINE, REFERENCE, Chart, Curve
 from master.reproduce.facts.cases import CASES, HEXAPOD, run_of
+from master.reproduce.facts.tables import STEP, STIFFNESS_FREQUENCY, TABLES
 from master.reproduce.measures import contact
 from master.reproduce.measures.runs import Recording, Run
 
-from .plot import DASHED, LINE, REFERENCE, Curve, Panel
-
 Floats = NDArray[np.float64]
 Recordings = Mapping[Run, Recording]
-Draw = Callable[[Recordings], Sequence[Panel]]
+Draw = Callable[[Recordings], Sequence[Chart]]
 Labelled = Sequence[tuple[str, Run]]
 
 TIME = "time [s]"
@@ -23,14 +23,6 @@ S_ACT, S_IDEAL = "motion_simulator.s_act", "ideal.s"
 F_MEA, F_DES, F_IDEAL = "force_sensor.f_mea", "compensator.f_des", "ideal.f"
 PROCESS = tuple(f"compensator.{name}" for name in "abcde")
 
-# Tables 1 to 3, for the theoretical values that the identified ones are drawn against.
-LOOPS = {
-    "S1": contact.Loop(820.0, 80.0, 150000.0, 158.0, 37900.0, 65.0),
-    "S2": contact.Loop(1000.0, 60.0, 800000.0, 800.0, 400000.0, 400.0),
-    "E1": contact.Loop(4000.0, 100.0, 139200.0, 136.1, 37760.0, 97.3),
-    "E2": contact.Loop(1000.0, 100.0, 139200.0, 136.1, 37760.0, 97.3),
-}
-STEP = 1e-3
 LABELS = {
     "none": "no compensation",
     "dpdc": "DPDC",
@@ -43,19 +35,19 @@ LABELS = {
 
 
 def variants_of(case: str, variants: Sequence[str], plant: str = HEXAPOD) -> Labelled:
-    """Give the runs of a case with the paper's names of the variants."""
+    """Return the runs of a case with the paper's names of the variants."""
     return [(LABELS[v], run_of(case, v, plant=plant)) for v in variants]
 
 
 def curve(label: str, recording: Recording, signal: str, scale: float = 1.0, style: str = LINE) -> Curve:
-    """Give a signal over time."""
+    """Return a signal over time."""
     return Curve(label, recording.time, scale * recording[signal], style)
 
 
 def displacement(runs: Labelled, limit: float, title: str = "displacement of the motion simulator") -> Draw:
     """Draw s_act of each run against the ideal motion, and their deviation from it [mm]."""
 
-    def draw(recordings: Recordings) -> Sequence[Panel]:
+    def draw(recordings: Recordings) -> Sequence[Chart]:
         last = recordings[runs[-1][1]]
         motion = [curve("ideal", last, S_IDEAL, 1e3, REFERENCE)]
         deviation = []
@@ -64,8 +56,8 @@ def displacement(runs: Labelled, limit: float, title: str = "displacement of the
             motion.append(curve(label, found, S_ACT, 1e3))
             deviation.append(Curve(label, found.time, 1e3 * (found[S_ACT] - found[S_IDEAL])))
         return (
-            Panel(title, TIME, "displacement [mm]", motion, (-limit, limit)),
-            Panel("deviation from the ideal", TIME, "deviation [mm]", deviation, (-0.5 * limit, 0.5 * limit)),
+            Chart(title, TIME, "displacement [mm]", motion, (-limit, limit)),
+            Chart("deviation from the ideal", TIME, "deviation [mm]", deviation, (-0.5 * limit, 0.5 * limit)),
         )
 
     return draw
@@ -74,41 +66,42 @@ def displacement(runs: Labelled, limit: float, title: str = "displacement of the
 def forces(ideal: Run, drawn: Sequence[tuple[str, Run, str]], limit: float, until: float) -> Draw:
     """Draw forces of runs against the ideal force [N]; the second panel shows the first seconds."""
 
-    def draw(recordings: Recordings) -> Sequence[Panel]:
+    def draw(recordings: Recordings) -> Sequence[Chart]:
         curves = [curve("ideal force", recordings[ideal], F_IDEAL, 1.0, REFERENCE)]
         curves += [curve(label, recordings[run], signal) for label, run, signal in drawn]
         bounds = (-limit, limit)
         return (
-            Panel("contact force", TIME, "force [N]", curves, bounds),
-            Panel(f"the same, first {until:g} s", TIME, "force [N]", curves, bounds, (0.0, until)),
+            Chart("contact force", TIME, "force [N]", curves, bounds),
+            Chart(f"the same, first {until:g} s", TIME, "force [N]", curves, bounds, (0.0, until)),
         )
 
     return draw
 
 
-def theory(case: str, time: Floats, name: str, swing: float = 0.0) -> Curve:
-    """Give a theoretical process parameter; the stiffness swings by `swing` [N/m] at 1 Hz."""
-    k_p = LOOPS[case].k_p + swing * np.sin(2.0 * np.pi * time)
-    values = contact.process_parameters(LOOPS[case], STEP, k_p)[:, "abcde".index(name)]
-    return Curve(f"{name}, theory", time, values, DASHED, like=name)
+def theory(case: str, time: Floats, name: str, amplitude: float = 0.0) -> Curve:
+    """Return a theoretical process parameter; `amplitude` [N/m] is that of a stiffness that varies."""
+    loop = TABLES[case].loop
+    k_p = loop.k_p + amplitude * np.sin(2.0 * np.pi * STIFFNESS_FREQUENCY * time)
+    values = contact.process_parameters(loop, STEP, k_p)[:, "abcde".index(name)]
+    return Curve(f"{name}, theory", time, values, DOTTED, like=name)
 
 
 def identification(case: str, runs: Labelled) -> Draw:
     """Draw a, b and c, d, e of each run over the theoretical values."""
 
-    def draw(recordings: Recordings) -> Sequence[Panel]:
-        panels = []
+    def draw(recordings: Recordings) -> Sequence[Chart]:
+        charts = []
         for label, run in runs:
             found = recordings[run]
             for names, unit in (("ab", "1"), ("cde", "N/m")):
                 curves = [curve(n, found, f"compensator.{n}") for n in names]
                 curves += [theory(case, found.time, n) for n in names]
-                panels.append(Panel(f"{', '.join(names)}: {label}", TIME, f"parameter [{unit}]", curves))
-        return panels
+                charts.append(Chart(f"{', '.join(names)}: {label}", TIME, f"parameter [{unit}]", curves))
+        return charts
 
     return draw
 
 
 def title_of(case: str) -> str:
-    """Give the case's name for a heading."""
+    """Return the case's name for a heading."""
     return f"{case}, {CASES[case].title}"

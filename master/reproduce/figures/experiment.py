@@ -19,7 +19,7 @@ from .drawing import (
     title_of,
     variants_of,
 )
-from .plot import Figure
+from .figure import Figure
 
 _FIVE = ("none", "fmdc", "cfdc", "cfdc_fmdc", "all")
 _THREE = ("none", "cfdc_fmdc", "all")

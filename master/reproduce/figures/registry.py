@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from . import analysis, experiment, simulation, varying
-from .plot import Figure
+from .figure import Figure
 
 PAPER: tuple[Figure, ...] = (
     *simulation.FIGURES,

@@ -6,19 +6,19 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from master.pages.chart import REFERENCE, Chart, Curve
 from master.reproduce.claims.methods import LONG, METHODS, method_run
 from master.reproduce.facts.cases import LITERAL, run_of
+from master.reproduce.facts.tables import STEP, TABLES
 from master.reproduce.measures.runs import Recording
 
 from .drawing import (
     F_DES,
     F_IDEAL,
     F_MEA,
-    LOOPS,
     PROCESS,
     S_ACT,
     S_IDEAL,
-    STEP,
     TIME,
     Recordings,
     curve,
@@ -28,7 +28,7 @@ from .drawing import (
     title_of,
     variants_of,
 )
-from .plot import REFERENCE, Curve, Figure, Panel
+from .figure import Figure
 
 _ATTRIBUTES = ("m_e", "k_m", "c_m", "k_p", "c_p")
 _IDENTIFIERS = (
@@ -39,14 +39,16 @@ _SIMULATED = ("none", "cfdc", "cfdc_dpdc")
 _MOTIONS = (S_ACT, S_IDEAL)
 
 
-def _attributes(recordings: Recordings) -> Sequence[Panel]:
-    panels = []
+def _attributes(recordings: Recordings) -> Sequence[Chart]:
+    charts = []
     for label, run in _IDENTIFIERS:
         found = recordings[run]
-        curves = [curve(n, found, f"compensator.{n}_id", 1.0 / getattr(LOOPS["S1"], n)) for n in _ATTRIBUTES]
+        curves = [
+            curve(n, found, f"compensator.{n}_id", 1.0 / getattr(TABLES["S1"].loop, n)) for n in _ATTRIBUTES
+        ]
         curves.append(Curve("true value", found.time, np.ones_like(found.time), REFERENCE))
-        panels.append(Panel(label, TIME, "recovered/true [1]", curves, (-1.0, 3.0)))
-    return panels
+        charts.append(Chart(label, TIME, "recovered/true [1]", curves, (-1.0, 3.0)))
+    return charts
 
 
 _IDENTIFIED = [(m, run_of("S1", "cfdc_dpdc", (f"compensator.difference_method={m}",))) for m in METHODS]
@@ -60,13 +62,13 @@ def _envelope(label: str, found: Recording) -> Curve:
     return Curve(label, found.time[n::n], np.log10(np.max(np.abs(rows), axis=1)))
 
 
-def _differences(recordings: Recordings) -> Sequence[Panel]:
+def _differences(recordings: Recordings) -> Sequence[Chart]:
     motion, deviation = displacement(_IDENTIFIED, 12.0)(recordings)
     long = [_envelope(label, recordings[run]) for label, run in _EXACT]
     return (
         motion,
-        Panel("deviation from the ideal", TIME, "deviation [mm]", deviation.curves, (-0.6, 0.6)),
-        Panel(
+        Chart("deviation from the ideal", TIME, "deviation [mm]", deviation.curves, (-0.6, 0.6)),
+        Chart(
             "S2, linear plant, exact parameters, 60 s: largest force correction in half a second",
             TIME,
             "log10 of |dF|/N",

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from master.pages.chart import Chart
 from master.reproduce.claims.identification import varying
+from master.reproduce.facts.tables import STIFFNESS_AMPLITUDE
 from master.reproduce.measures.runs import Run
 
 from .drawing import S_ACT, S_IDEAL, TIME, Draw, Recordings, curve, displacement, theory
-from .plot import Figure, Panel
+from .figure import Figure
 
-_SWING = 8e4
 _CD = ("compensator.c", "compensator.d")
 _KALMAN, _RLS = varying("cfdc_dpdc"), varying("rls_dpdc")
 _RLS_RUNS = [
@@ -21,14 +22,17 @@ _RLS_RUNS = [
 
 
 def _tracked(run: Run, limits: tuple[float, float] | None) -> Draw:
-    def draw(recordings: Recordings) -> Sequence[Panel]:
+    def draw(recordings: Recordings) -> Sequence[Chart]:
         found = recordings[run]
         return [
-            Panel(
+            Chart(
                 name,
                 TIME,
                 "parameter [N/m]",
-                [curve(name, found, f"compensator.{name}"), theory("S2", found.time, name, _SWING)],
+                [
+                    curve(name, found, f"compensator.{name}"),
+                    theory("S2", found.time, name, STIFFNESS_AMPLITUDE),
+                ],
                 limits,
             )
             for name in "cd"
@@ -50,7 +54,7 @@ FIGURES = (
         "18",
         "Identified c and d, Kalman filter",
         "c and d follow the stiffness accurately",
-        "the response at the dynamics frequency follows to 3 %; c and d singly swing by a "
+        "the response at the dynamics frequency follows to 3 %; c and d singly vary by a "
         "fifth of the theory and the "
         "rest is in e: only their sum is excited",
         {_KALMAN: _CD},

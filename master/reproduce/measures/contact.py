@@ -42,7 +42,7 @@ class Loop:
 
 
 def process_parameters(loop: Loop, T: float, k_p: Floats) -> Floats:
-    """Give a..e of the backward difference for each rope stiffness k_p [N/m], shape (n, 5)."""
+    """Return a..e of the backward difference for each rope stiffness k_p [N/m], shape (n, 5)."""
     K, C = loop.k_m + k_p, loop.c_m + loop.c_p
     D0 = loop.m_e + C * T + K * T * T
     c = (loop.c_m + loop.k_m * T) * (loop.c_p + k_p * T) / D0
@@ -52,7 +52,7 @@ def process_parameters(loop: Loop, T: float, k_p: Floats) -> Floats:
 
 
 def response(Y: Floats, w: float, T: float) -> NDArray[np.complex128]:
-    """Give G at w [rad/s] for process parameters of shape (n, 5)."""
+    """Return G at w [rad/s] for process parameters of shape (n, 5)."""
     q = np.exp(-1j * w * T)
     a, b, c, d, e = Y.T
     return np.asarray((c + d * q + e * q * q) / (1.0 - a * q - b * q * q))

@@ -75,7 +75,7 @@ def _amplitude_to_motion(trace: Trace, force: str, motion: str, mode: Mode | Non
 
 
 def force_phase(trace: Trace, force: str) -> float:
-    """Phase of a force behind s_des against that of the ideal force [deg]; negative: it lags."""
+    """Phase of a force after s_des against that of the ideal force [deg]; negative: it lags."""
     found = _amplitude_to_motion(trace, force, "spacecraft.s_des", trace.mode)
     reference = dominant_mode(trace.result["ideal.s"], trace.step)
     ideal = _amplitude_to_motion(trace, "ideal.f", "ideal.s", reference)
@@ -83,7 +83,8 @@ def force_phase(trace: Trace, force: str) -> float:
 
 
 def _deviation(trace: Trace) -> float:
-    zeta, reference = trace.metrics["zeta"], trace.metrics["zeta_reference"]
+    zeta = trace.metrics["zeta"]
+    reference = trace.metrics["zeta_reference"]
     return math.nan if zeta is None or reference is None else abs(zeta - reference)
 
 
@@ -115,8 +116,8 @@ def stiffness(trace: Trace) -> Floats:
     """Stiffness of the rope over time [N/m], shape (rows,)."""
     amplitude = trace.parameter("contact", "k_p_amplitude")
     frequency = trace.parameter("contact", "k_p_frequency")
-    swing = amplitude * np.sin(2.0 * math.pi * frequency * trace.result.time)
-    return np.asarray(trace.loop.k_p + swing)
+    variation = amplitude * np.sin(2.0 * math.pi * frequency * trace.result.time)
+    return np.asarray(trace.loop.k_p + variation)
 
 
 def _response_error(trace: Trace) -> float:
@@ -184,7 +185,8 @@ def _pole_deviation(trace: Trace) -> float:
 
 def _zeta_of_pole(trace: Trace) -> float:
     """Difference of the damping ratios of the dominant pole and of the run."""
-    found, zeta = judged(trace.experiment).dominant, trace.metrics["zeta"]
+    found = judged(trace.experiment).dominant
+    zeta = trace.metrics["zeta"]
     return math.nan if found is None or zeta is None else abs(found.zeta - zeta)
 
 

@@ -7,8 +7,8 @@ compensation and in the real docking.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Hashable, Sequence
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import Any
 
@@ -47,36 +47,54 @@ class Judged:
     fastest: float
 
 
-_KEYS: dict[Any, Experiment] = {}
+_NOISE = ("seed", "sigma")
+_KEPT = 64
+
+
+@dataclass(frozen=True)
+class _Asked:
+    """An experiment, equal to every other one with the same linearisation, by which answers are kept."""
+
+    key: Hashable
+    experiment: Experiment = field(compare=False)
+
+
+def _asked(experiment: Experiment) -> _Asked:
+    """Name all that a linearisation depends on; noise has no part in it."""
+    system = experiment.system
+    schedule = experiment.schedule
+    instances = tuple(
+        (
+            name,
+            instance.description.path,
+            instance.every,
+            frozenset((k, repr(v)) for k, v in instance.start.items() if k not in _NOISE),
+        )
+        for name, instance in system.instances.items()
+    )
+    wires = tuple(
+        (w.source.name, w.target.name, w.delay, w.extrapolation, w.conversion) for w in system.wires
+    )
+    order = (schedule.groups, frozenset(schedule.every.items()))
+    return _Asked((instances, wires, order, experiment.grid, experiment.compare), experiment)
 
 
 def judged(experiment: Experiment) -> Judged:
-    """Judge a system; the noise has no part in it, so that its seed does not count."""
-    key = _key(experiment)
-    _KEYS.setdefault(key, experiment)
-    return _judged(key)
+    """Judge a system by its poles."""
+    return _judged(_asked(experiment))
 
 
-def _key(experiment: Experiment) -> Any:
-    values = {
-        (name, key): value
-        for name, instance in experiment.system.instances.items()
-        for key, value in instance.start.items()
-        if key not in ("seed", "sigma")
-    }
-    return experiment.name, experiment.schedule.members, tuple(sorted(values.items()))
-
-
-@lru_cache(maxsize=64)
-def _judged(key: Any) -> Judged:
-    experiment = _KEYS[key]
+@lru_cache(maxsize=_KEPT)
+def _judged(asked: _Asked) -> Judged:
+    experiment = asked.experiment
     coupled = Linearisation(experiment).coupled()
     compare = experiment.compare
     best = dominant(poles(coupled, None if compare is None else compare.signal))
     reference = None
     if best is not None and compare is not None and compare.reference is not None:
         name = compare.reference.instance
-        reference = nearest(coupled.parts[name].system, coupled.step_size, best)
+        period = coupled.step_size * coupled.schedule.every[name]
+        reference = nearest(coupled.parts[name].system, period, best)
     return Judged(best, reference, growth_rate(coupled))
 
 
@@ -93,21 +111,22 @@ def driven(experiment: Experiment) -> Experiment:
 
 
 def planes(experiment: Experiment) -> tuple[Plane, Plane]:
-    """Give poles and zeros of the real docking, and of the loop."""
+    """Return poles and zeros of the real docking, and of the loop."""
     coupled = Linearisation(driven(experiment)).coupled()
     return _ideal(coupled), _loop(coupled)
 
 
 def _ideal(coupled: LinearSystem) -> Plane:
     part = coupled.parts["ideal"]
-    system, row = part.system, part.outputs.index("ideal.s")
+    system = part.system
+    row = part.outputs.index("ideal.s")
     column = part.inputs.index("ideal.v")
     B, C, D = system.B[:, [column]], system.C[[row]], system.D[[row]][:, [column]]
     return _plane(np.linalg.eigvals(system.A), _zeros(system.A, B, C, D), coupled.step_size)
 
 
 def without_ideal(coupled: LinearSystem) -> LinearSystem:
-    """Leave the real docking out, which stands beside the loop."""
+    """Leave the real docking out, which is no part of the loop."""
     system, schedule = coupled.system, coupled.schedule
     groups = tuple(g for g in schedule.groups if g.members != ("ideal",))
     instances = {name: i for name, i in system.instances.items() if name != "ideal"}
@@ -153,14 +172,12 @@ def cancellation(experiment: Experiment) -> float:
 
     That is the distance by which a backward difference, (1 - exp(-s T))/T = s - s^2 T/2 + ..., misses s.
     """
-    key = _key(experiment)
-    _KEYS.setdefault(key, experiment)
-    return _cancellation(key)
+    return _cancellation(_asked(experiment))
 
 
-@lru_cache(maxsize=64)
-def _cancellation(key: Any) -> float:
-    coupled = Linearisation(driven(_KEYS[key])).coupled()
+@lru_cache(maxsize=_KEPT)
+def _cancellation(asked: _Asked) -> float:
+    coupled = Linearisation(driven(asked.experiment)).coupled()
     alone = np.linalg.eigvals(coupled.parts["motion_simulator"].system.A)
     s = _continuous(alone[np.abs(alone) > _SLOWEST_DELAY], coupled.step_size)
     loop = _loop(coupled)

@@ -1,14 +1,15 @@
-"""All runs, each made once, two at a time."""
+"""All runs, each made once, as many at a time as there are processors."""
 
 from __future__ import annotations
 
-import multiprocessing
+import os
 from collections.abc import Callable, Iterable, Mapping
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import as_completed
+
+from master.process.workers import workers
 
 from .runs import Recording, Run, Wanted, experiment_of, perform
 
-N_PROCESSES = 2
 CHUNK = 10
 
 Wishes = Mapping[Run, Wanted]
@@ -31,15 +32,29 @@ def build_fmus(wishes: Wishes, say: Callable[[str], None]) -> None:
         experiment_of(Run(config), say)
 
 
-def perform_all(wishes: Wishes, progress: Progress, processes: int = N_PROCESSES) -> Recordings:
-    """Make all runs; `progress` is called with the number of runs done since the last call."""
+def processors() -> int:
+    """Count the processors that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def perform_all(wishes: Wishes, progress: Progress, processes: int | None = None) -> Recordings:
+    """
+    Make all runs.
+
+    Args:
+        wishes: What to keep of each run.
+        progress: Called with the number of runs done since its last call.
+        processes: How many work at once; None: one for each processor.
+    """
     runs = sorted(wishes, key=lambda r: (r.config, r.variant or "", r.values, str(r.order), r.seed))
     parts = [{r: wishes[r] for r in runs[i : i + CHUNK]} for i in range(0, len(runs), CHUNK)]
+    processes = min(processes or processors(), len(parts))
     if processes <= 1:
         return _one_by_one(parts, progress)
     found: Recordings = {}
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(processes, mp_context=context) as pool:
+    with workers(processes, "spawn") as pool:
         for future in as_completed([pool.submit(perform_part, part) for part in parts]):
             part = future.result()
             found |= part

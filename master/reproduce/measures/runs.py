@@ -44,12 +44,8 @@ class Run:
     order: Order | None = None
 
     def with_seed(self, seed: int) -> Run:
-        """Give the same run with another noise."""
+        """Return the same run with another noise."""
         return replace(self, seed=seed)
-
-    def setting(self, *values: str) -> Run:
-        """Give the same run with more values."""
-        return replace(self, values=(*self.values, *values))
 
 
 @dataclass(frozen=True)

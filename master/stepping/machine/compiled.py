@@ -29,6 +29,7 @@ SOURCES = (
     "stepping/machine/fmu_step",
     "stepping/machine/operations",
     "stepping/machine/program",
+    "system/channel",
     "coupling/extrapolation",
     "fmi/native/calls",
     "fmi/native/cells",

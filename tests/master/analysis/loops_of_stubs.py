@@ -1,4 +1,4 @@
-"""A mass on a spring, each an FMU of its own, and the laboratory of a system of stubs."""
+"""A mass on a spring, each an FMU of its own, and the linearisation of a system of stubs."""
 
 from __future__ import annotations
 
@@ -24,6 +24,6 @@ def mass(m=1.0):
     return Block(law, ports)
 
 
-def laboratory_of(stubs):
+def linearisation_of(stubs):
     experiment = Experiment(stubs.loaded.config, None, stubs.system, stubs.schedule)
     return Linearisation(experiment, stubs.factory)

@@ -9,6 +9,7 @@ import pytest
 from click.testing import CliRunner
 
 from master.cli import main
+from tests.stubs import Block, variables
 
 PROJECT = Path(__file__).parents[3]
 
@@ -109,7 +110,7 @@ def test_faults_in_json_are_one_object(dockloop, command):
     result = dockloop(command, TEXT.replace("name:", "nam:"), "--json")
     answer = json.loads(result.stdout)
 
-    assert (result.exit_code, answer["status"], len(answer["problems"])) == (2, "failed", 1)
+    assert (result.exit_code, answer["status"], len(answer["problems"])) == (2, "failed", 2)
 
 
 def test_initial_values_that_do_not_settle_have_status_3(dockloop):
@@ -195,6 +196,17 @@ def test_explain_in_json_holds_order_connections_and_loops(dockloop):
 def test_explain_takes_a_variant_and_assignments(dockloop):
     assert dockloop("explain", TEXT, "--variant", "big", "--set", "mass.count=2").exit_code == 0
     assert dockloop("explain", TEXT, "--variant", "small").exit_code == 2
+
+
+def test_explain_shows_a_name_that_would_turn_the_line_around_as_an_escape(dockloop, bay):
+    bay.made["odd"] = Block(lambda t, h, v: {"y\u202e": t}, variables(("y\u202e", "output")))
+    (bay.folder / "odd.fmu").touch()
+    text = TEXT.replace("clock.fmu", "odd.fmu").replace("clock.t", '"clock.y\u202e"')
+    result = dockloop("explain", text)
+
+    assert result.exit_code == 0, result.output
+    assert "clock.y\\u202e -> mass.u" in result.stdout
+    assert "\u202e" not in result.stdout
 
 
 def test_an_unknown_model_cannot_be_built():

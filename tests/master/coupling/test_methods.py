@@ -46,7 +46,7 @@ def test_the_ledger_of_each_method_equals_a_mark_sent_through(method, seed):
     assert [(e.least, e.most) for e in made.ledger.entries] == observed_ages(made)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("method", ALL)
 @pytest.mark.parametrize("seed", range(40, 600))
 def test_the_ledger_of_each_method_equals_a_mark_sent_through_600_systems(method, seed):

@@ -193,6 +193,15 @@ def test_nothing_is_said_of_an_fmu_that_cannot_be_read(bay):
     ]
 
 
+@pytest.mark.parametrize("entry", ["[mass]", "{iterate: [mass]}"])
+def test_an_entry_of_the_order_whose_fmus_cannot_be_read_adds_no_fault(bay, entry):
+    text = TEXT.replace("integrator.fmu", "nothing.fmu") + f"coupling: {{order: [clock, {entry}]}}\n"
+
+    assert bay.faults(text) == [
+        "system.yaml:6: fmus.mass.source: no such file, got 'nothing.fmu', expected an FMU at nothing.fmu"
+    ]
+
+
 def test_a_signal_is_set_once(bay):
     assert bay.faults(TEXT, assignments=("mass.size=3", "mass.size=4")) == [
         "--set mass.size: is given twice, expected one value"

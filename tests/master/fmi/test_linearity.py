@@ -30,6 +30,7 @@ def test_the_contact_says_that_its_stiffness_may_vary():
         for root in both(name):
             (linear,) = declared_linear(root)
             assert (linear.parameter, float(linear.value)) == ("k_p_amplitude", 0.0)
+            assert linear.frequency == "k_p_frequency"
 
 
 def test_elements_of_other_tools_with_the_same_names_are_not_read():
@@ -46,6 +47,7 @@ def test_what_is_declared_exists_in_the_model():
         for linear in model.linear:
             items = variables[linear.parameter].items
             assert items is None or linear.value in items.__members__
+            assert linear.frequency is None or variables[linear.frequency].unit == "Hz"
         for learning in model.learning:
             assert variables[learning.held_by].boolean
             assert not variables[learning.held_by].fixed

@@ -241,3 +241,36 @@ def test_whatever_is_changed_the_description_is_read_or_refused(tmp_path, text):
         path = archive(tmp_path, changed)
         with suppress(ConfigError):  # any other error fails the test
             read_description(path.rename(tmp_path / f"{i}.fmu"))
+
+
+@pytest.mark.parametrize(
+    ("declared", "fault"),
+    [
+        (
+            '<Linear parameter="metod" value="rls"/>',
+            "Coupling/Linear of 'metod': no such variable, got 'metod', expected 'method'",
+        ),
+        (
+            '<Linear parameter="method" value="fixed"/>',
+            "Coupling/Linear of 'method': value not allowed for method, got 'fixed', expected ",
+        ),
+        (
+            '<Linear parameter="u" value="0" frequency="f"/>',
+            "Coupling/Linear of 'u': frequency: no such variable, got 'f', expected ",
+        ),
+        (
+            '<Learning by="method" item="rls" held="method"/>',
+            "Coupling/Learning by 'method': held: value not allowed for method, got 'true', expected ",
+        ),
+        (
+            '<Learning by="label" item="rls" held="on"/>',
+            "Coupling/Learning by 'label': no such variable, got 'label', expected ",
+        ),
+    ],
+)
+def test_what_an_fmu_declares_of_its_linearity_must_exist(tmp_path, declared, fault):
+    annotation = (
+        f'<VendorAnnotations><Tool name="x"><Coupling>{declared}</Coupling></Tool></VendorAnnotations>'
+    )
+    [found] = faults(tmp_path, XML.replace("<ModelVariables>", f"{annotation}<ModelVariables>", 1))
+    assert found.startswith(fault)

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from master.reproduce.figures.drawing import LOOPS
+from master.reproduce.facts.tables import TABLES
 from master.reproduce.measures.contact import Loop, process_parameters, response
 
 T = 1e-3
@@ -18,7 +18,7 @@ T = 1e-3
     [("S1", 0.9746, 0.00486), ("S2", 2.617, 0.00822), ("E1", 0.4346, 0.00306), ("E2", 0.8749, 0.00619)],
 )
 def test_the_loop_has_its_own_frequency_and_damping(case, frequency, zeta):
-    pole = LOOPS[case].pole
+    pole = TABLES[case].loop.pole
 
     assert pole.imag / (2.0 * math.pi) == pytest.approx(frequency, rel=1e-3)
     assert -pole.real / abs(pole) == pytest.approx(zeta, rel=2e-3)
@@ -33,7 +33,7 @@ def test_process_parameters_of_table_3_are_those_printed():
 
 
 def test_the_response_at_rest_is_the_series_stiffness():
-    loop = LOOPS["E2"]
+    loop = TABLES["E2"].loop
     Y = process_parameters(loop, T, np.array([loop.k_p]))
 
     assert response(Y, 0.0, T)[0] == pytest.approx(loop.k_m * loop.k_p / (loop.k_m + loop.k_p))

@@ -90,7 +90,7 @@ def test_a_random_system_comes_back(tmp_path, seed):
     comes_back(seed, tmp_path)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("seed", range(12, 300))
 def test_any_random_system_comes_back(tmp_path, seed):
     comes_back(seed, tmp_path)
@@ -103,7 +103,7 @@ def configurations():
             yield pytest.param(path, variant, id=f"{path.parent.name}-{path.stem}-{variant}")
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(("path", "variant"), list(configurations()))
 def test_every_configuration_comes_back(tmp_path, path, variant):
     archive = assert_comes_back(path, tmp_path, variant=variant)
@@ -247,7 +247,7 @@ def test_every_command_takes_an_archive_and_an_unpacked_structure_as_it_takes_ya
         assert json.loads(done.stdout)["steps"] == 1
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_design_is_the_same_from_an_archive(tmp_path):
     config = CONFIGS / "low_frequency.yaml"
     archive = write_ssp(prepare(config), tmp_path / "s.ssp")

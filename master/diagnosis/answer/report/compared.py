@@ -59,5 +59,7 @@ def scale_of(residual: Array) -> Array:
 
 
 def _series(own: SealedPart, i: int) -> dict[str, Array]:
-    found = {MEASURED: own.measured[:, i], BEFORE: own.before[:, i]}
-    return found if np.array_equal(own.after, own.before) else found | {AFTER: own.after[:, i]}
+    found = {MEASURED: own.measured[:, i]}
+    if not np.array_equal(own.after, own.before):
+        found[AFTER] = own.after[:, i]
+    return found | {BEFORE: own.before[:, i]}

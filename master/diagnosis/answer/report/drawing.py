@@ -14,13 +14,15 @@ from matplotlib.figure import Figure
 from fmu_sources.effects.framework.roles import roles
 from master.diagnosis.case.cut import CutSystem
 from master.diagnosis.numerics.arrays import Array
+from master.pages.palette import DASHES, LIGHT, LIGHT_REFERENCE
 from master.text.signal_name import SignalName
 
 MOST_BINS = 2000
 MEASURED, BEFORE, AFTER = "measured", "before", "after"
-COLOURS = {MEASURED: "0.15", BEFORE: "#c8553d", AFTER: "#1f6fb2"}
+COLOURS = {MEASURED: LIGHT_REFERENCE, AFTER: LIGHT[0], BEFORE: LIGHT[1]}
+LINES: Mapping[str, Any] = {MEASURED: "-", AFTER: "-", BEFORE: (0, DASHES[1])}
 STYLES: Mapping[str, Mapping[str, float]] = {
-    MEASURED: {"linewidth": 2.6, "alpha": 0.4},
+    MEASURED: {"linewidth": 3.0},
     BEFORE: {"linewidth": 0.9},
     AFTER: {"linewidth": 0.9},
 }
@@ -45,13 +47,13 @@ def draw(ax: Any, t: Array, series: Mapping[str, Array]) -> None:
     """Draw curves over time by what they are: measured, before, after; shape (n,) each."""
     for name, values in series.items():
         x, y = thinned(*broken(t, values))
-        ax.plot(x, y, color=COLOURS[name], label=name, **STYLES[name])
+        ax.plot(x, y, color=COLOURS[name], linestyle=LINES[name], label=name, **STYLES[name])
     ax.grid(alpha=0.3)
     ax.margins(x=0.0)
 
 
 def legend(figure: Figure, ax: Any) -> None:
-    """Put the labels of an axis above the whole figure, beside no curve."""
+    """Put the labels of an axis above the whole figure, where they cover no curve."""
     figure.legend(*ax.get_legend_handles_labels(), loc="outside upper center", ncols=4, frameon=False)
 
 

@@ -1,30 +1,33 @@
-"""Panels of a diagnosis as PNG, each with the text that stands below it on the page."""
+"""Panels of a diagnosis: charts for the page, each a PNG file too, and the text below them."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+
+from matplotlib.figure import Figure
 
 from master.diagnosis.answer.before_after import SealedPart
 from master.diagnosis.judge.diagnose import Diagnosis
 from master.diagnosis.judge.part_result import PartResult
+from master.pages.chart import Chart
 
+from .charts import residual_charts, sealed_charts
 from .compared import compared
 from .drawing import save
 from .learned_law import law
-from .residual import residual
+from .residual import residual, where
 from .rivals import rivals
 
 SEALED = (
-    "Measured and simulated on the sealed rows, which nothing was fitted to or selected by: all of them on "
-    "the left, the stretch where the model was worst on the right; below each the residual, measured less "
-    "simulated. Several recordings follow each other in time."
+    "Measured and simulated on the sealed rows, which nothing was fitted to or selected by, and the "
+    "residual, measured less simulated. Several recordings follow each other in time."
 )
-RESIDUAL = (
-    "Residual on the rows that are open: over time, its spectrum, what it correlates with (prewhitened; "
-    "coloured bars are significant at 1 % over all signals and lags), and its map over the state: what is "
-    "missing, and where."
+RESIDUAL = "Residual on the rows that are open, over time and as a spectrum."
+WHERE = (
+    "What the residual correlates with (prewhitened; coloured bars are significant at 1 % over all signals "
+    "and lags), and its map over the state: what is missing, and where."
 )
 RIVALS = (
     "Gain of each effect on held-out blocks, ln of the ratio of residual powers before and after, with two "
@@ -34,11 +37,12 @@ RIVALS = (
 
 @dataclass(frozen=True)
 class Panel:
-    """A picture: the part it shows, its file, and the text below it."""
+    """A picture: the part it shows, its file, the text below it, and charts in its place on the page."""
 
     part: str
     file: Path
     text: str
+    charts: Sequence[Chart] = ()
 
 
 def panels(diagnosis: Diagnosis, sealed: Mapping[str, SealedPart], folder: Path) -> list[Panel]:
@@ -51,12 +55,18 @@ def _panels(
     diagnosis: Diagnosis, part: PartResult, sealed: Mapping[str, SealedPart], folder: Path
 ) -> list[Panel]:
     name = part.name
-    figures = [("sealed", compared(diagnosis.system, sealed[name]), SEALED)]
-    if not part.is_exact:
-        figures.append(("residual", residual(part), RESIDUAL))
-    if part.search is not None and any(step.ranked for step in part.search.rounds):
-        figures.append(("rivals", rivals(part.search), RIVALS))
-    if part.learned is not None and part.learned.model.effects == part.chosen.effects:
-        figures.append(("learned", law(part), f"The law that was learned: {part.learned.shape}."))
     stem = name.replace(" and ", "_")
-    return [Panel(name, save(f, folder / f"{stem}_{kind}.png"), text) for kind, f, text in figures]
+
+    def panel(kind: str, figure: Figure, text: str, charts: Sequence[Chart] = ()) -> Panel:
+        return Panel(name, save(figure, folder / f"{stem}_{kind}.png"), text, charts)
+
+    system, own = diagnosis.system, sealed[name]
+    found = [panel("sealed", compared(system, own), SEALED, sealed_charts(system, own))]
+    if not part.is_exact:
+        found.append(panel("residual", residual(part), RESIDUAL, residual_charts(part)))
+        found.append(panel("where", where(part), WHERE))
+    if part.search is not None and any(step.ranked for step in part.search.rounds):
+        found.append(panel("rivals", rivals(part.search), RIVALS))
+    if part.learned is not None and part.learned.model.effects == part.chosen.effects:
+        found.append(panel("learned", law(part), f"The law that was learned: {part.learned.shape}."))
+    return found

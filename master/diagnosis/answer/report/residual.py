@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -13,38 +15,61 @@ from master.diagnosis.judge.evidence import worst_output
 from master.diagnosis.judge.part_result import PartResult
 from master.diagnosis.numerics.arrays import Array
 
-from .drawing import AFTER, BEFORE, COLOURS, draw, legend, new_figure, role_label, unit_of
+from .drawing import AFTER, BEFORE, COLOURS, LINES, draw, legend, new_figure, role_label, unit_of
 
-MOST_POINTS, MOST_BARS = 4000, 8
-SEGMENT, SEGMENTS = 2048, 5
-HEIGHT, HEIGHT_OF_MAP = 6.2, 3.4
+MOST_POINTS = 4000
+MOST_BARS = 8
+SEGMENT = 2048
+SEGMENTS = 5
+HEIGHT = 6.2
+HEIGHT_OF_BARS = 2.6
+HEIGHT_OF_MAP = 3.4
 LIMIT = 98.0
 
 
-def residual(part: PartResult) -> Figure:
-    """Draw the output that the model before explains worst."""
+@dataclass(frozen=True)
+class Residuals:
+    """Residuals of one output, before and after, shape (rows,); NaN where a row is not open."""
+
+    signal: str
+    unit: str
+    left: Mapping[str, Array]
+
+
+def residuals_of(part: PartResult) -> Residuals:
+    """Return those of the output that the model before explains worst."""
     study = part.study
     worst = worst_output(study)
-    left = {
-        name: (study.measured - fit.predicted)[:, worst]
-        for name, fit in ((BEFORE, part.base), (AFTER, part.fit))
-        if name == BEFORE or part.has_effect
-    }
-    slot = _slot(part)
-    figure = new_figure(HEIGHT + (HEIGHT_OF_MAP if slot else 0.0))
-    rows: Any = figure.subfigures(3 if slot else 2, 1)
+    left = {BEFORE: (study.measured - part.base.predicted)[:, worst]}
+    if part.has_effect:
+        left = {AFTER: (study.measured - part.fit.predicted)[:, worst]} | left
     key = part.outputs[worst]
-    unit = unit_of(study.system, key)
-    _time(rows[0], part, left, f"{key.partition('.')[2]}: residual [{unit}]")
-    axes: Any = rows[1].subplots(1, 2, width_ratios=(1, 1))
-    _spectrum(axes[0], part, left, unit)
-    _correlations(axes[1], part)
-    if slot:
-        _maps(rows[2], part, left, slot, unit)
+    return Residuals(f"{key.partition('.')[2]}: residual", unit_of(study.system, key), left)
+
+
+def residual(part: PartResult) -> Figure:
+    """Draw the residual over time, and its spectrum."""
+    found = residuals_of(part)
+    figure = new_figure(HEIGHT)
+    rows: Any = figure.subfigures(2, 1)
+    _time(rows[0], part, found.left, f"{found.signal} [{found.unit}]")
+    _spectrum(rows[1].subplots(), part, found.left, found.unit)
     return figure
 
 
-def _time(figure: Any, part: PartResult, left: dict[str, Array], name: str) -> None:
+def where(part: PartResult) -> Figure:
+    """Draw what the residual correlates with, and its map over the state."""
+    found = residuals_of(part)
+    slot = _slot(part)
+    figure = new_figure(HEIGHT_OF_BARS + (HEIGHT_OF_MAP if slot else 0.0))
+    rows: Any = figure.subfigures(2 if slot else 1, 1, squeeze=False)[:, 0]
+    _correlations(rows[0].subplots(), part)
+    if slot:
+        _maps(rows[1], part, found.left, slot, found.unit)
+    return figure
+
+
+def _time(figure: Any, part: PartResult, left: Mapping[str, Array], name: str) -> None:
     ax: Any = figure.subplots()
     rows = part.in_use
     t = np.asarray(np.flatnonzero(rows) * part.row_period, dtype=float)
@@ -53,12 +78,18 @@ def _time(figure: Any, part: PartResult, left: dict[str, Array], name: str) -> N
     legend(figure, ax)
 
 
-def _spectrum(ax: Any, part: PartResult, left: dict[str, Array], unit: str) -> None:
-    rows = part.in_use
+def spectrum_of(part: PartResult, values: Array) -> tuple[Array, Array]:
+    """Frequencies [Hz] above 0 and amplitude density of a residual of shape (rows,)."""
+    own = np.nan_to_num(values[part.in_use])
+    segment = min(SEGMENT, max(8, len(own) // SEGMENTS))
+    frequencies, power = welch(own, 1.0 / part.row_period, nperseg=segment)
+    return frequencies[1:], np.sqrt(power[1:])
+
+
+def _spectrum(ax: Any, part: PartResult, left: Mapping[str, Array], unit: str) -> None:
     for name, values in left.items():
-        own = np.nan_to_num(values[rows])
-        f, power = welch(own, 1.0 / part.row_period, nperseg=min(SEGMENT, max(8, len(own) // SEGMENTS)))
-        ax.loglog(f[1:], np.sqrt(power[1:]), color=COLOURS[name], linewidth=0.9)
+        frequencies, density = spectrum_of(part, values)
+        ax.loglog(frequencies, density, color=COLOURS[name], linestyle=LINES[name], linewidth=0.9)
     ax.grid(alpha=0.3)
     ax.set(xlabel="frequency [Hz]", ylabel=f"amplitude density [{unit}/sqrt(Hz)]")
 
@@ -87,7 +118,7 @@ def _axes(signals: dict[str, Array]) -> list[str]:
     return [str(r) for r in ("position", "velocity", "value") if r in signals][:2]
 
 
-def _maps(figure: Any, part: PartResult, left: dict[str, Array], slot: str, unit: str) -> None:
+def _maps(figure: Any, part: PartResult, left: Mapping[str, Array], slot: str, unit: str) -> None:
     study = part.study
     first, second = _axes(study.signals[slot])
     x, y = (study.bench.compared_rows(study.signals[slot][r]) for r in (first, second))

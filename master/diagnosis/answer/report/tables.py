@@ -3,15 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from html import escape
+from dataclasses import dataclass
 from typing import Any
 
-MODELS = {"nominal": "nominal", "before": "before", "after": "after"}
-NUMBERS = ("rmse", "nrmse_percent", "max", "energy")
+from master.pages.render import number
+
+MODELS = ("nominal", "before", "after")
 LEVEL = 0.01
 
 
-def errors(report: Mapping[str, Any], units: Mapping[str, str]) -> str:
+@dataclass(frozen=True)
+class Table:
+    """Cells as text, the places of the columns with numbers, a note below, and what is said without rows."""
+
+    heads: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    numbers: Sequence[int] = ()
+    note: str = ""
+    none: str = ""
+
+
+def errors(report: Mapping[str, Any], units: Mapping[str, str]) -> Table:
     """RMSE with its interval, NRMSE, maximum and energy of each signal."""
     rows = []
     for signal in report["before"]:
@@ -19,19 +31,19 @@ def errors(report: Mapping[str, Any], units: Mapping[str, str]) -> str:
             e = report[which][signal]
             interval = e["rmse_interval"]
             shown = "-" if interval is None else f"{number(interval[0])} to {number(interval[1])}"
-            rmse, *others = (number(e[k]) for k in NUMBERS)
             name = f"{signal} [{units.get(signal, '1')}]" if which == "nominal" else ""
-            rows.append([name, which, rmse, shown, *others])
+            others = (number(e[k]) for k in ("nrmse_percent", "max", "energy"))
+            rows.append([name, which, number(e["rmse"]), shown, *others])
     head = ["signal", "model", "RMSE", "95 % interval", "NRMSE [%]", "maximum", "energy [1]"]
     note = (
         "nominal: parameters as in the system; before: refitted; after: with the effect, as the FMUs that "
         "were written give it. Interval: bootstrap in blocks longer than the residual's correlation. NRMSE: "
         "relative to the rms of what was measured. Energy: simulated over measured."
     )
-    return table(head, rows, numbers=(2, 3, 4, 5, 6)) + _note(note)
+    return Table(head, rows, (2, 3, 4, 5, 6), note)
 
 
-def parameters(found: Mapping[str, Mapping[str, Any]], units: Mapping[str, str]) -> str:
+def parameters(found: Mapping[str, Mapping[str, Any]], units: Mapping[str, str]) -> Table:
     """Each parameter with its unit, before and after, with one standard deviation."""
     rows = [
         [
@@ -45,17 +57,17 @@ def parameters(found: Mapping[str, Mapping[str, Any]], units: Mapping[str, str])
     ]
     head = ["parameter", "unit", "nominal", "refitted, before", "with effect, after"]
     note = "One standard deviation, of a residual that is taken as white."
-    return table(head, rows, numbers=(2, 3, 4)) + _note(note) if rows else "<p>None was fitted.</p>"
+    return Table(head, rows, (2, 3, 4), note, none="None was fitted.")
 
 
-def runners_up(found: Iterable[Mapping[str, Any]]) -> str:
+def runners_up(found: Iterable[Mapping[str, Any]]) -> Table:
     """Effects that were fitted and not taken."""
     rows = [[str(r["round"]), r["effect"], number(r["gain"], 3), r["why"]] for r in found]
     head = ["round", "effect", "gain [1]", "why it lost"]
-    return table(head, rows, numbers=(2,)) if rows else "<p>No other effect came near.</p>"
+    return Table(head, rows, (2,), none="No other effect came near.")
 
 
-def residuals(found: Mapping[str, Mapping[str, Any]]) -> str:
+def residuals(found: Mapping[str, Mapping[str, Any]]) -> Table:
     """What the tests say of each part."""
     head = [
         "part",
@@ -68,23 +80,7 @@ def residuals(found: Mapping[str, Mapping[str, Any]]) -> str:
         "Cross-correlations are prewhitened and corrected for all signals and lags. Whiteness is reported "
         "and decides nothing."
     )
-    return table(head, [_tests(part, r) for part, r in found.items()]) + _note(note)
-
-
-def table(head: Sequence[str], rows: Iterable[Sequence[str]], numbers: Sequence[int] = ()) -> str:
-    """Write a table; the columns `numbers` stand right."""
-    kinds = [' class="number"' if i in numbers else "" for i in range(len(head))]
-    top = "".join(f"<th{k}>{escape(h)}</th>" for h, k in zip(head, kinds, strict=True))
-    body = "".join(
-        "<tr>" + "".join(f"<td{k}>{escape(c)}</td>" for c, k in zip(row, kinds, strict=True)) + "</tr>"
-        for row in rows
-    )
-    return f"<table><tr>{top}</tr>{body}</table>"
-
-
-def number(value: Any, digits: int = 4) -> str:
-    """Give a number for people; a dash where there is none."""
-    return "-" if value is None else f"{float(value):.{digits}g}"
+    return Table(head, [_tests(part, r) for part, r in found.items()], note=note)
 
 
 def _tests(part: str, r: Mapping[str, Any]) -> list[str]:
@@ -110,7 +106,3 @@ def _ceiling(c: Mapping[str, float] | None) -> str:
 
 def _uncertain(value: Any, deviation: Any) -> str:
     return "-" if value is None else f"{number(value, 5)} ± {number(deviation, 2)}"
-
-
-def _note(text: str) -> str:
-    return f'<p class="soft">{escape(text)}</p>'

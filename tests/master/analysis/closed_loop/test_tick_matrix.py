@@ -9,13 +9,13 @@ from scipy.special import lambertw
 from master.analysis.measures.margins import margin
 from master.analysis.measures.poles import dominant, growth_rate, poles
 from master.errors import FmuError
-from tests.master.analysis.loops_of_stubs import STEP, laboratory_of
+from tests.master.analysis.loops_of_stubs import STEP, linearisation_of
 from tests.stubs import bench, gain, integrator, wire
 
 
-def of_tick(laboratory, **more):
+def of_tick(linearisation, **more):
     """Eigenvalues of one period, largest first, zeros left out."""
-    z = np.linalg.eigvals(laboratory.coupled(**more).matrix())
+    z = np.linalg.eigvals(linearisation.coupled(**more).matrix())
     return np.sort(np.abs(z[np.abs(z) > 1e-6]))[::-1]
 
 
@@ -57,7 +57,7 @@ def test_a_loop_that_steps_every_second_tick_is_one_of_twice_the_step():
         wires = [wire("slow.y", "sum.u"), wire("sum.x", "slow.u")]
         rates = {"slow": every, "sum": every}
         blocks = {"sum": integrator(), "slow": gain(-3.0)}
-        return laboratory_of(bench(blocks, wires, ["sum", "slow"], step_size=step, every=rates))
+        return linearisation_of(bench(blocks, wires, ["sum", "slow"], step_size=step, every=rates))
 
     assert of_tick(loop(0.05, 2))[0] == pytest.approx(of_tick(loop(0.1, 1))[0], abs=1e-9)
     assert of_tick(loop(0.1, 1))[0] == pytest.approx(0.7, abs=1e-9)
@@ -69,7 +69,7 @@ def test_an_iterated_loop_is_implicit():
     order = [{"iterate": ["sum", "damper"]}]
     made = bench({"sum": integrator(), "damper": gain(-3.0)}, wires, order, step_size=0.1)
 
-    assert of_tick(laboratory_of(made))[0] == pytest.approx(1.0 / 1.3, abs=1e-9)
+    assert of_tick(linearisation_of(made))[0] == pytest.approx(1.0 / 1.3, abs=1e-9)
 
 
 def test_an_extrapolated_input_uses_its_last_value():
@@ -78,7 +78,7 @@ def test_an_extrapolated_input_uses_its_last_value():
     made = bench({"sum": integrator(), "damper": gain(-3.0)}, wires, ["damper", "sum"], step_size=0.1)
 
     exact = np.sort(np.abs(np.roots([1.0, -0.4, -0.3])))[::-1]
-    assert of_tick(laboratory_of(made))[:2] == pytest.approx(exact, abs=1e-8)
+    assert of_tick(linearisation_of(made))[:2] == pytest.approx(exact, abs=1e-8)
 
 
 def test_the_matrix_of_the_cut_loop_closed_again_is_the_matrix(oscillator):
@@ -93,7 +93,7 @@ def test_a_connection_within_an_iterated_group_can_be_opened():
     """x+ = x + h u, v = -3 x+ with u = r: v = -3 x - 3 h r; closed again, r = v, the loop is implicit."""
     wires = [wire("damper.y", "sum.u"), wire("sum.x", "damper.u")]
     order = [{"iterate": ["sum", "damper"]}]
-    coupled = laboratory_of(
+    coupled = linearisation_of(
         bench({"sum": integrator(), "damper": gain(-3.0)}, wires, order, step_size=0.1)
     ).coupled()
     into_sum = next(w for w in coupled.wires if w.target.name == "sum.u")
@@ -116,11 +116,11 @@ def test_mass_and_spring_take_part_in_the_oscillation(oscillator):
 
 
 def test_an_fmu_that_cannot_save_its_state_is_refused(oscillator):
-    laboratory = oscillator(0.87)
-    for instance in laboratory.system.instances.values():
+    linearisation = oscillator(0.87)
+    for instance in linearisation.system.instances.values():
         object.__setattr__(instance.description, "can_get_and_set_state", False)
 
     with pytest.raises(
         FmuError, match=r"mass: cannot be analysed, got canGetAndSetFMUState = false, expected true"
     ):
-        laboratory.coupled()
+        linearisation.coupled()

@@ -8,7 +8,7 @@ import pytest
 
 from master.analysis.measures.margins import margins
 from master.analysis.measures.poles import growth_rate
-from tests.master.analysis.loops_of_stubs import laboratory_of
+from tests.master.analysis.loops_of_stubs import linearisation_of
 from tests.stubs import bench, gain, integrator, wire
 
 STEP = 1e-3
@@ -20,7 +20,7 @@ def loop():
     """X' = -20 x(t - tau): unstable from tau = pi/2/20 = 78.5 ms on; the explicit step costs half a step."""
     wires = [wire("damper.y", "sum.u"), wire("sum.x", "damper.u")]
     made = bench({"sum": integrator(), "damper": gain(-RATE)}, wires, ["sum", "damper"], step_size=STEP)
-    return laboratory_of(made)
+    return linearisation_of(made)
 
 
 def test_the_delay_margin_of_a_first_order_loop_is_a_quarter_period(loop):

@@ -1,17 +1,20 @@
 from __future__ import annotations
 
+import io
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from fmu_sources.effects.catalogue import effect
+from master.diagnosis.answer.report.charts import curve, residual_charts
 from master.diagnosis.answer.report.compared import worst_stretch
 from master.diagnosis.answer.report.drawing import broken, thinned
 from master.diagnosis.answer.report.learned_law import at_once, replayed
 from master.diagnosis.answer.report.page import page
 from master.diagnosis.answer.report.panels import Panel
-from master.diagnosis.answer.report.tables import number, table
+from master.diagnosis.answer.report.residual import residual, where
+from master.pages.chart import REFERENCE, Chart, Curve
 
 
 def test_a_thinned_line_keeps_its_peaks():
@@ -107,13 +110,91 @@ def test_the_page_gives_verdict_errors_and_parameters_with_units(tmp_path):
 
     assert "a &lt;case&gt;" in text
     assert text.index("Traced: axis.friction: coulomb.") < text.index("<table>")
-    assert "RMSE 2 &rarr; <b>1 N</b> (20 &rarr; 10 %)" in text
+    assert "RMSE 2 \u2192 <b>1 N</b> (20 \u2192 10 %)" in text
     assert "<td>N</td>" in text
     assert "20.5 ± 0.12" in text
     assert "coulomb or dahl. <b>Record slowly.</b>" in text
     assert 'src="data:image/png;base64,cGljdHVyZQ=="' in text
 
 
-def test_a_cell_is_escaped_and_what_is_missing_is_a_dash():
-    assert table(["a"], [["<b>"]]) == "<table><tr><th>a</th></tr><tr><td>&lt;b&gt;</td></tr></table>"
-    assert number(None) == "-"
+def test_charts_take_the_place_of_a_picture_and_names_stay_text(tmp_path):
+    (tmp_path / "axis_sealed.png").write_bytes(b"picture")
+    t = np.arange(3.0)
+    nasty = "</script><img src=x onerror=alert(1)>"
+    chart = Chart(nasty, "time [s]", "force [N]", [Curve("measured", t, t, REFERENCE), Curve(nasty, t, t)])
+    report = {
+        "name": nasty,
+        "verdict": "adequate",
+        "sentence": nasty,
+        "effects": [],
+        "subsystem": None,
+        "nominal": {},
+        "before": {},
+        "after": {},
+        "explained_share": 0.0,
+        "undistinguished": [],
+        "runners_up": [],
+        "parameters": {},
+        "residual": {nasty: {"exact": True}},
+        "files": [nasty],
+    }
+
+    text = page(report, [Panel(nasty, tmp_path / "axis_sealed.png", nasty, [chart])], {})
+
+    assert "<img src=x" not in text
+    assert text.count("</script>") == 3
+    assert "cGljdHVyZQ==" not in text
+    assert 'data-plots="axis_sealed"' in text
+    assert "None was fitted." in text
+
+
+def test_a_chart_is_in_the_order_of_time_and_does_not_bridge_missing_rows():
+    found = curve("measured", np.array([0.7, 0.8, 0.0, 0.1, 0.2]), np.array([3.0, 4.0, 0.0, 1.0, 2.0]))
+
+    assert found.x == pytest.approx([0.0, 0.1, 0.2, 0.45, 0.7, 0.8])
+    assert np.flatnonzero(np.isnan(found.y)).tolist() == [3]
+    assert found.y[[0, 1, 2, 4, 5]].tolist() == [0.0, 1.0, 2.0, 3.0, 4.0]
+
+
+@pytest.fixture
+def part():
+    """Two signals of one FMU, the second with a residual of 3 Hz, which an effect halves."""
+    t = np.arange(4000) * 1e-3
+    left = np.stack([0.0 * t, np.sin(6.0 * np.pi * t)], axis=1)
+    slot = SimpleNamespace(name="friction", unit="N", signals={"velocity": "m/s"})
+    system = SimpleNamespace(
+        descriptions={"axis": SimpleNamespace(by_name={"force": SimpleNamespace(unit_name="N")})},
+        slots=lambda fmu: {"friction": slot},
+    )
+    bench = SimpleNamespace(
+        outputs=["axis.other", "axis.force"],
+        in_use=np.ones(len(t), dtype=bool),
+        row_period=1e-3,
+        period=1e-3,
+        compared_rows=lambda values: values,
+    )
+    study = SimpleNamespace(measured=left, bench=bench, system=system, signals={})
+    return SimpleNamespace(
+        study=study,
+        base=SimpleNamespace(predicted=0.0 * left),
+        fit=SimpleNamespace(predicted=0.5 * left),
+        has_effect=True,
+        correlations=[SimpleNamespace(basis="axis.velocity", value=-0.4, is_found=True)],
+        chosen=SimpleNamespace(added=[]),
+    )
+
+
+def test_the_residual_is_that_of_the_output_explained_worst_and_its_spectrum_shows_its_frequency(
+    part, monkeypatch
+):
+    monkeypatch.setattr("master.diagnosis.answer.report.residual.worst_output", lambda study: 1)
+
+    over_time, spectrum = residual_charts(part)
+
+    assert [c.label for c in over_time.curves] == ["after", "before"]
+    assert over_time.y_label == "residual [N]"
+    after, before = spectrum.curves
+    assert before.x[np.argmax(before.y)] == pytest.approx(3.0, abs=1.3)  # segments of 0.8 s
+    assert after.y == pytest.approx(0.5 * before.y)
+    for figure in (residual(part), where(part)):
+        figure.savefig(io.BytesIO())

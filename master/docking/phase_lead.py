@@ -2,7 +2,7 @@
 Design of the displacement phase delay compensation (DPDC), from the plant as it is coupled.
 
     w1^2  = (p - sqrt(p^2 - 4 k_m k_p/(m_s m_e)))/2,   p = k_m/m_e + k_p/m,   m = m_e m_s/(m_e + m_s)     (3)
-    phi   = lag of the reproduced motion behind the simulated one at w1, without DPDC
+    phi   = lag of the reproduced motion after the simulated one at w1, without DPDC
     alpha = (1 + sin phi)/(1 - sin phi),   T = 1/(w_max sqrt(alpha)),   K = gain/sqrt(alpha)         (23, 24)
     gain  = 1 (paper) or 1/|M(w1)| (plant),   M = reproduced over simulated motion without DPDC
 
@@ -27,7 +27,7 @@ from master.analysis.closed_loop.linearise import Linearisation, changed
 from master.analysis.measures.frequency import response_from
 from master.errors import ConfigError
 from master.experiment.experiment import Experiment
-from master.experiment.phase_lead import PARAMETERS, LeadTask, is_switched_off, lead_task
+from master.experiment.phase_lead import LeadTask, is_switched_off, lead_task
 from master.stepping.simulate import SlaveFactory, load
 from master.system.config import PhaseLead
 
@@ -118,12 +118,12 @@ def design(experiment: Experiment, wanted: PhaseLead, factory: SlaveFactory = lo
     """
     fmu = wanted.fmu
     task = lead_task(experiment.system, experiment.compare, wanted)
-    laboratory = Linearisation(experiment, factory)
+    linearisation = Linearisation(experiment, factory)
     low, high = _range(task)
     frequencies = np.linspace(low, high, 1 if low == high else _N_SHOWN)
 
     def reproduced(**changes: float) -> Complexes:
-        coupled = laboratory.coupled({f"{fmu}.{key}": value for key, value in changes.items()})
+        coupled = linearisation.coupled({f"{fmu}.{key}": value for key, value in changes.items()})
         return response_from(coupled, task.wire, task.reproduced, frequencies)
 
     plain = reproduced(dpdc=0.0)
@@ -134,13 +134,13 @@ def design(experiment: Experiment, wanted: PhaseLead, factory: SlaveFactory = lo
             [f"dpdc: no lead for this lag, got {degrees:.1f} deg at {high:.4g} Hz, expected 0 to 86"]
         )
     gain = 1.0 if wanted.amplitude == "paper" else _against(float(np.abs(plain[-1])), high)
-    led = reproduced(dpdc=1.0, **_values(experiment, fmu, (phase, high, gain)))
+    led = reproduced(dpdc=1.0, **_values(experiment, fmu, phase=phase, frequency=high, gain=gain))
     return Design(phase, high, gain, frequencies, plain, led)
 
 
 def designed(experiment: Experiment, factory: SlaveFactory = load) -> Experiment:
     """
-    Give the compensator the design that the experiment asks for, except for what is set by hand.
+    Set the compensator to the design that the experiment asks for, except for what is set by hand.
 
     Without a wish, or where the lead is switched off, the experiment is returned as it is.
     """
@@ -148,16 +148,19 @@ def designed(experiment: Experiment, factory: SlaveFactory = load) -> Experiment
     if wanted is None or is_switched_off(experiment.system, wanted):
         return experiment
     found = design(experiment, wanted, factory)
-    values = _values(experiment, wanted.fmu, (found.phase, found.frequency, found.gain))
+    values = _values(experiment, wanted.fmu, phase=found.phase, frequency=found.frequency, gain=found.gain)
     chosen = {f"{wanted.fmu}.{key}": value for key, value in values.items()}
     kept = {signal: value for signal, value in chosen.items() if signal not in experiment.overridden}
     return replace(experiment, system=changed(experiment.system, kept))
 
 
-def _values(experiment: Experiment, fmu: str, values: tuple[float, float, float]) -> dict[str, float]:
-    """Name the values; a compensator without a gain of its own has the paper's."""
+def _values(
+    experiment: Experiment, fmu: str, *, phase: float, frequency: float, gain: float
+) -> dict[str, float]:
+    """Return the compensator's parameters; one without a gain of its own has the paper's."""
     known = experiment.system.instances[fmu].description.by_name
-    return {name: value for name, value in zip(PARAMETERS, values, strict=True) if name in known}
+    values = {"dpdc_phase": phase, "dpdc_frequency": frequency, "dpdc_gain": gain}
+    return {name: value for name, value in values.items() if name in known}
 
 
 def _against(magnitude: float, frequency: float) -> float:

@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from master.analysis.design.phase_lead import Design, dynamics_frequency
-from master.analysis.design.plant import CONFIGURED, STEP_SIZE, fit, judge
 from master.analysis.state_space import StateSpace
+from master.docking.phase_lead import Design, dynamics_frequency
+from master.docking.plant import STEP_SIZE, ThirdOrder, fit, judge
+
+PLANT = ThirdOrder(30.0, 125.66370614359172, 0.8, 0.002)
 
 
 def held_plant(form, ticks):
@@ -30,16 +32,16 @@ def held_plant(form, ticks):
 
 
 def test_the_fit_finds_the_parameters_of_a_plant_of_the_form():
-    found = fit(held_plant(CONFIGURED, 2)).form
+    found = fit(held_plant(PLANT, 2), ThirdOrder(20.0, 90.0, 1.0, 0.001)).form
 
-    assert found.K_p == pytest.approx(CONFIGURED.K_p, rel=1e-4)
-    assert found.w_v == pytest.approx(CONFIGURED.w_v, rel=1e-3)
-    assert found.z == pytest.approx(CONFIGURED.z, rel=1e-3)
-    assert found.dead_time == pytest.approx(CONFIGURED.dead_time, abs=1e-6)
+    assert found.K_p == pytest.approx(PLANT.K_p, rel=1e-4)
+    assert found.w_v == pytest.approx(PLANT.w_v, rel=1e-3)
+    assert found.z == pytest.approx(PLANT.z, rel=1e-3)
+    assert found.dead_time == pytest.approx(PLANT.dead_time, abs=1e-6)
 
 
 def test_a_tick_of_dead_time_too_much_shows_as_its_phase():
-    found = judge(held_plant(CONFIGURED, 3), CONFIGURED)
+    found = judge(held_plant(PLANT, 3), PLANT)
 
     assert found.phase_error == pytest.approx(360.0 * 5.0 * STEP_SIZE, rel=1e-3)
     assert found.magnitude_error < 1e-4

@@ -9,7 +9,6 @@ out before the fit, as the form has its own.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -58,9 +57,6 @@ class ThirdOrder:
         w2 = self.w_v**2
         denominator = s**3 + 2.0 * self.z * self.w_v * s**2 + w2 * s + self.K_p * w2
         return np.asarray(self.K_p * w2 / denominator * np.exp(-s * self.dead_time))
-
-
-CONFIGURED = ThirdOrder(30.0, 2.0 * math.pi * 20.0, 0.8, 0.002)
 
 
 @dataclass(frozen=True)
@@ -115,8 +111,8 @@ def unheld(system: StateSpace, frequencies: Floats) -> Complexes:
     return np.asarray(response(system, STEP_SIZE, frequencies) * np.exp(1j * half) / np.sinc(half / np.pi))
 
 
-def fit(system: StateSpace) -> Fit:
-    """Fit the third order with dead time to a realised axis."""
+def fit(system: StateSpace, guess: ThirdOrder) -> Fit:
+    """Fit the third order with dead time to a realised axis, from a first guess."""
     frequencies = np.geomspace(LOWEST, HIGHEST, _N_FITTED)
     measured = unheld(system, frequencies)
 
@@ -124,7 +120,7 @@ def fit(system: StateSpace) -> Fit:
         relative = _form(p).at(frequencies) / measured - 1.0
         return np.concatenate([relative.real, relative.imag])
 
-    start = [*np.log([CONFIGURED.K_p, CONFIGURED.w_v, CONFIGURED.z]), CONFIGURED.dead_time]
+    start = [*np.log([guess.K_p, guess.w_v, guess.z]), guess.dead_time]
     bounds = ([-np.inf] * 3 + [0.0], [np.inf] * 3 + [0.1])
     found = least_squares(errors, start, bounds=bounds, x_scale=[1.0, 1.0, 1.0, 1e-3], xtol=1e-14, ftol=1e-14)
     return judge(system, _form(found.x))
@@ -137,7 +133,7 @@ def _form(p: Floats) -> ThirdOrder:
 
 
 def judge(system: StateSpace, form: ThirdOrder) -> Fit:
-    """Hold a form against a realised axis."""
+    """Compare a form with a realised axis."""
     frequencies = np.geomspace(LOWEST, HIGHEST, _N_FITTED)
     ratio = form.at(frequencies) / unheld(system, frequencies)
     return Fit(

@@ -1,1 +1,0 @@
-"""Design of the phase lead from the plant."""

@@ -1,0 +1,1 @@
+"""HTML pages with plots that work from disk: templates, charts, static pictures."""

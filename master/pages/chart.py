@@ -1,0 +1,78 @@
+"""What is drawn, apart from how: the page's script and the static pictures draw the same curves."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .palette import DOTS, SOLID, Look, look
+
+Floats = NDArray[np.float64]
+
+LINE, REFERENCE, DOTTED, CROSS, CIRCLE = "line", "reference", "dotted", "cross", "circle"
+MARKS = (CROSS, CIRCLE)
+COLUMNS = 700
+
+
+@dataclass(frozen=True)
+class Curve:
+    """
+    A line or marks, shapes (n,); NaN breaks a line.
+
+    A reference is wide, grey and under the others; a dotted curve has the colour of the one named `like`.
+    """
+
+    label: str
+    x: Floats
+    y: Floats
+    style: str = LINE
+    like: str = ""
+
+
+@dataclass(frozen=True)
+class Chart:
+    """One pair of axes, their labels with units; `y_range` cuts off what runs away."""
+
+    title: str
+    x_label: str
+    y_label: str
+    curves: Sequence[Curve]
+    y_range: tuple[float, float] | None = None
+    x_range: tuple[float, float] | None = None
+    logarithmic: bool = False
+
+    @property
+    def looks(self) -> list[Look | None]:
+        """Colour and dashes of each curve; None for a reference, which is grey."""
+        names = [c.label for c in self.curves if c.style != REFERENCE and not c.like]
+        own = {name: look(place) for place, name in enumerate(names)}
+        return [_look(curve, own) for curve in self.curves]
+
+
+def _look(curve: Curve, own: dict[str, Look]) -> Look | None:
+    if curve.style == REFERENCE:
+        return None
+    colour, dashes = own[curve.like or curve.label]
+    if curve.style in MARKS:
+        return Look(colour, SOLID)
+    return Look(colour, DOTS if curve.style == DOTTED else dashes)
+
+
+def decimated(curve: Curve, columns: int = COLUMNS) -> Curve:
+    """Keep the ends, and of each of many columns the smallest and the largest value; gaps stay gaps."""
+    n = len(curve.x)
+    if curve.style in MARKS or n <= 2 * columns:
+        return curve
+    edges = np.linspace(0, n, columns + 1).astype(int).tolist()
+    gaps = np.flatnonzero(np.isnan(curve.y))
+    kept = {0, n - 1, *gaps[np.diff(gaps, prepend=-2) > 1].tolist()}
+    for begin, end in pairwise(edges):
+        own = curve.y[begin:end]
+        if not np.isnan(own).all():
+            kept |= {begin + int(np.nanargmin(own)), begin + int(np.nanargmax(own))}
+    rows = np.array(sorted(kept))
+    return replace(curve, x=curve.x[rows], y=curve.y[rows])

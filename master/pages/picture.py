@@ -1,0 +1,91 @@
+"""Charts as pictures: in the page, for paper and for browsers without scripts, and as PNG files."""
+
+from __future__ import annotations
+
+import base64
+import io
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .chart import CIRCLE, COLUMNS, CROSS, MARKS, REFERENCE, Chart, decimated
+from .palette import LIGHT, LIGHT_REFERENCE
+
+_MARKS: dict[str, dict[str, Any]] = {
+    CROSS: {"marker": "x", "linestyle": "none", "markersize": 7},
+    CIRCLE: {"marker": "o", "linestyle": "none", "markersize": 8, "fillstyle": "none"},
+}
+_WIDTH, _HEIGHT = 6.4, 3.0  # inch: on a phone its text is still 8 px high
+_COLUMNS = 320  # two points a column are more than such a picture resolves
+_POINTS = 0.6  # of a page's pixel, for dashes
+
+
+def data_uri(chart: Chart) -> str:
+    """Draw one chart as SVG, and return it as the address of an image in the page."""
+    from matplotlib import rc_context
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(_WIDTH, _HEIGHT), layout="constrained")
+    axis = figure.subplots()
+    draw(axis, chart, _COLUMNS)
+    legend(figure, axis)
+    buffer = io.BytesIO()
+    with rc_context({"svg.fonttype": "none", "svg.hashsalt": "dockloop"}):
+        figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
+    return f"data:image/svg+xml;base64,{base64.b64encode(buffer.getvalue()).decode()}"
+
+
+def save(title: str, charts: Sequence[Chart], path: Path) -> Path:
+    """Draw charts one below the other, as a PNG file."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(10.0, 3.0 * len(charts) + 0.6), layout="constrained")
+    figure.suptitle(title)
+    axes = figure.subplots(len(charts), 1, squeeze=False)[:, 0]
+    for axis, chart in zip(axes, charts, strict=True):
+        draw(axis, chart)
+        axis.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False, fontsize="small")
+    figure.savefig(path, dpi=110)
+    return path
+
+
+def draw(axis: Any, chart: Chart, columns: int = COLUMNS) -> None:
+    """Draw a chart into matplotlib's axes, with the extremes of a number of columns."""
+    drawn = [decimated(curve, columns) for curve in chart.curves]
+    for curve, look in zip(drawn, chart.looks, strict=True):
+        style: dict[str, Any] = {"color": LIGHT_REFERENCE, "linewidth": 3.0, "zorder": 1.5}
+        if curve.style != REFERENCE and look is not None:
+            style = {"color": LIGHT[look.colour], "linewidth": 1.2, "zorder": 2.0}
+            if look.dashes:
+                style["linestyle"] = (0, tuple(_POINTS * d for d in look.dashes))
+        axis.plot(curve.x, curve.y, label=curve.label, **(style | _MARKS.get(curve.style, {})))
+    axis.set(title=chart.title, xlabel=chart.x_label, ylabel=chart.y_label)
+    if chart.logarithmic:
+        axis.set(xscale="log", yscale="log")
+    axis.set_ylim(chart.y_range or _limits(chart))
+    if chart.x_range is None:
+        axis.margins(x=0.05 if any(c.style in MARKS for c in chart.curves) else 0.0)
+    else:
+        axis.set_xlim(chart.x_range)
+    axis.grid(alpha=0.3)
+
+
+def legend(figure: Any, axis: Any) -> None:
+    """Put the labels of an axis below the figure, where they cover no curve."""
+    handles, labels = axis.get_legend_handles_labels()
+    if labels:
+        figure.legend(handles, labels, loc="outside lower center", ncols=2, frameon=False, fontsize="small")
+
+
+def _limits(chart: Chart) -> tuple[float, float] | None:
+    """None: matplotlib's own; a flat curve gets room, so that rounding is not drawn as a motion."""
+    values = np.concatenate([c.y[np.isfinite(c.y)] for c in chart.curves] or [np.zeros(0)])
+    if len(values) == 0 or chart.logarithmic:
+        return None
+    low, high = float(np.min(values)), float(np.max(values))
+    if high - low > 1e-12 * max(abs(low), abs(high)):
+        return None
+    room = 0.1 * abs(high) or 1.0
+    return low - room, high + room

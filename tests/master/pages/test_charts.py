@@ -1,0 +1,110 @@
+"""Curves on their way to the page: thinned out, encoded, each with a look of its own."""
+
+from __future__ import annotations
+
+import base64
+import json
+
+import numpy as np
+import pytest
+
+from master.pages.chart import CROSS, DOTTED, REFERENCE, Chart, Curve, decimated
+from master.pages.encoding import encoded, page_data
+from master.pages.palette import DASHES, DOTS
+from master.pages.picture import data_uri
+from tests.master.pages.made_up_charts import charts, motions
+
+
+def test_thinning_keeps_ends_extremes_and_gaps():
+    x = np.linspace(0.0, 10.0, 10001)
+    y = np.sin(x)
+    y[5000] = 7.0
+    y[7000:7003] = np.nan
+    thin = decimated(Curve("y", x, y), columns=50)
+
+    assert len(thin.x) <= 103
+    assert (thin.x[0], thin.x[-1]) == (0.0, 10.0)
+    assert (np.nanmax(thin.y), np.nanmin(thin.y)) == (7.0, np.nanmin(y))
+    assert all(np.diff(thin.x) > 0.0)
+    assert thin.x[np.isnan(thin.y)].tolist() == [x[7000]]
+
+
+def test_marks_are_never_thinned():
+    marks = Curve("poles", np.arange(5000.0), np.zeros(5000), CROSS)
+
+    assert decimated(marks, columns=10) is marks
+
+
+def test_the_reference_is_grey_and_takes_no_colour():
+    t = np.zeros(2)
+    chart = Chart("", "", "", [Curve("ideal", t, t, REFERENCE), Curve("a", t, t), Curve("b", t, t)])
+
+    assert chart.looks == [None, (0, ()), (1, DASHES[1])]
+
+
+def test_a_theory_is_dotted_in_the_colour_of_what_it_is_the_theory_of():
+    t = np.zeros(2)
+    theory = [Curve(f"{n}, theory", t, t, DOTTED, like=n) for n in "ab"]
+    chart = Chart("", "", "", [Curve("a", t, t), Curve("b", t, t), *theory])
+
+    assert [look.colour for look in chart.looks] == [0, 1, 0, 1]
+    assert [look.dashes for look in chart.looks[2:]] == [DOTS, DOTS]
+
+
+def decoded(array):
+    """What the page's script makes of an array."""
+    if "n" in array:
+        return array["first"] + array["step"] * np.arange(array["n"])
+    if "f8" in array:
+        return np.frombuffer(base64.b64decode(array["f8"]), "<f8")
+    return np.frombuffer(base64.b64decode(array["f4"]), "<f4").astype(float) + array["middle"]
+
+
+def test_equal_steps_are_three_numbers():
+    t = 5.0 + 1e-3 * np.arange(10_001)
+
+    assert set(encoded(t)) == {"first", "step", "n"}
+    assert decoded(encoded(t)) == pytest.approx(t, abs=1e-12)
+
+
+def test_a_small_motion_about_a_large_value_is_exact_to_its_own_range():
+    """A plain 32-bit number near 1e6 would have steps of 0.06."""
+    y = 1e6 + 1e-3 * np.random.default_rng(1).standard_normal(1000)
+
+    assert np.max(np.abs(decoded(encoded(y)) - y)) <= 6e-8 * np.ptp(y) + 1.2e-10
+
+
+def test_a_run_that_diverged_is_encoded_with_gaps_for_what_is_not_finite():
+    y = np.array([1.0, -3e200, np.inf, np.nan])
+    found = decoded(encoded(y))
+
+    assert found[:2].tolist() == [1.0, -3e200]
+    assert np.isnan(found[2:]).all()
+
+
+def test_curves_over_the_same_time_share_it():
+    data = json.loads(page_data({"a": [motions(), motions()]}))
+
+    assert len(data["arrays"]) == 5  # time, ideal, three motions
+    assert data["charts"]["a"][0]["curves"] == data["charts"]["a"][1]["curves"]
+
+
+def test_the_data_of_a_page_cannot_end_its_element():
+    data = page_data({"a": [Chart("</script><b>", "", "", [Curve("<!--", np.zeros(2), np.zeros(2))])]})
+
+    assert "<" not in data
+    assert json.loads(data)["charts"]["a"][0]["title"] == "</script><b>"
+
+
+@pytest.mark.parametrize("chart", charts(), ids=lambda c: c.title)
+def test_a_picture_is_an_svg_with_labels_and_units(chart):
+    head, _, body = data_uri(chart).partition(",")
+    text = base64.b64decode(body).decode()
+
+    assert head == "data:image/svg+xml;base64"
+    for label in (chart.title, chart.x_label, chart.y_label, *(c.label for c in chart.curves)):
+        assert f">{label}<" in text
+
+
+def test_the_same_chart_is_the_same_picture():
+    assert data_uri(motions()) == data_uri(motions())
