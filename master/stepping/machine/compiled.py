@@ -5,12 +5,10 @@ It is kept next to this file or, where that folder cannot be written, in the use
 be, it is compiled for this process alone. Two things must never happen: that code of an older source is
 loaded, and that damaged code is.
 
-* numba looks at the time of this file alone, not at those that the loop calls. So a digest of all of them is
-a
-  constant of the compiled function, in its closure, which numba makes part of the key of its cache.
+* numba looks at the time of this file alone, not at those that the loop calls. So a digest of all of them
+  is a constant of the compiled function, in its closure, which numba makes part of the key of its cache.
 * numba loads what is in its files without a look. So the digest of each is written next to it when it is
-made,
-  and a file without the right one is removed before it is loaded; numba compiles again then.
+  made, and a file without the right one is removed before it is loaded; numba compiles again then.
 """
 
 from __future__ import annotations
@@ -39,6 +37,7 @@ SOURCES = (
     "fmi/native/jit",
     "fmi/value_types",
     "process/position",
+    "system/channel",
 )
 """All files whose code is compiled; a test compares them with what they import."""
 
