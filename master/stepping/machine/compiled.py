@@ -37,7 +37,6 @@ SOURCES = (
     "fmi/native/jit",
     "fmi/value_types",
     "process/position",
-    "system/channel",
 )
 """All files whose code is compiled; a test compares them with what they import."""
 
