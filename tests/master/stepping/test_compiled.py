@@ -146,7 +146,9 @@ def test_a_package_that_cannot_be_written_is_cached_in_the_users_folder(tmp_path
     project, home, here = tmp_path / "project", tmp_path / "home", tmp_path / "here"
     for folder in (home, here):
         folder.mkdir()
-    shutil.copytree(PROJECT / "master", project / "master", ignore=shutil.ignore_patterns("__pycache__"))
+    ignored = shutil.ignore_patterns("__pycache__")
+    shutil.copytree(PROJECT / "master", project / "master", ignore=ignored)
+    shutil.copytree(PROJECT / "fmu_sources", project / "fmu_sources", ignore=ignored)
     machine = project / "master/stepping/machine"
     (machine / "__pycache__").write_text("a file where numba would make a folder", encoding="utf-8")
     machine.chmod(stat.S_IRUSR | stat.S_IXUSR)
