@@ -17,8 +17,8 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-from .stamp_cache import StampCache
 from .manifest import read_manifest
+from .stamp_cache import StampCache
 from .whole_file import write_whole
 
 ROOT = Path(__file__).parents[1]

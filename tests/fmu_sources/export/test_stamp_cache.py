@@ -4,8 +4,8 @@ import os
 import pytest
 
 from fmu_sources.composed.registry import load, modules
-from fmu_sources.export.stamp_cache import StampCache
 from fmu_sources.export.native_flavour import source_stamp
+from fmu_sources.export.stamp_cache import StampCache
 
 
 @pytest.fixture
