@@ -86,7 +86,7 @@ def test_the_library_needs_the_c_library_only(name: str, tmp_path: Path) -> None
 def test_two_builds_in_other_processes_give_the_same_token_and_bytes(name: str) -> None:
     code = f"""
 import hashlib
-from fmu_sources import registry
+from fmu_sources.composed import registry
 from fmu_sources.export.native_flavour import host_binaries, native_sources, pack_native
 s = native_sources(registry.load({name!r}), registry.model_files()[{name!r}])
 b = host_binaries(s)

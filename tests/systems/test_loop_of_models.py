@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from fmu_sources.compensator.difference import DifferenceMethod
-from fmu_sources.compensator.ports import Identifier
+from fmu_sources.compensator.identifiers.framework.catalogue import IdentifierChoice
 from fmu_sources.compensator.tuning import Preset
 from tests.systems.closed_loop_matrix import damping, loop_matrix, real_matrix
 from tests.systems.loop_of_models import CASES, compensation, oscillation, rms, run
@@ -15,7 +15,7 @@ from tests.systems.loop_of_models import CASES, compensation, oscillation, rms, 
 pytestmark = pytest.mark.slow
 
 STOP = {"S1": 4.0, "S2": 2.5, "E1": 6.0, "E2": 4.0}
-EXACT, F, L = {"identifier": Identifier.fixed}, {"preset": Preset.F}, {"preset": Preset.L}
+EXACT, F, L = {"identifier": IdentifierChoice["fixed"]}, {"preset": Preset.F}, {"preset": Preset.L}
 TIME_VARYING = {"preset": Preset.custom, "prefilter_frequency": 0.0, "R": 1e-3}
 
 
@@ -112,7 +112,7 @@ def test_the_kalman_filter_follows_a_stiffness_that_varies():
 
 @pytest.mark.parametrize("forgetting_factor", [0.9, 0.98, 0.995, 1.0])
 def test_least_squares_do_not_follow_a_stiffness_that_varies(forgetting_factor):
-    tuning = TIME_VARYING | {"P0_ab": 1e4, "P0_cde": 1e4, "identifier": Identifier.rls}
+    tuning = TIME_VARYING | {"P0_ab": 1e4, "P0_cde": 1e4, "identifier": IdentifierChoice["rls"]}
     tuning["forgetting_factor"] = forgetting_factor
     s = run("S2", 6.0, compensation("S2", "cfdc", **tuning), amplitude=8e4)
 
