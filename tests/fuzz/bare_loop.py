@@ -111,7 +111,9 @@ def _converted(system: RandomSystem, i: int, slaves: dict[str, Slave]) -> Values
     values = slaves[wire.source.name].get(wire.output)
     if wire.output.unit == wire.input.unit:
         return values
-    return tuple((factor * x + offset - to_offset) / to_factor for x in values)
+    scale = factor / to_factor
+    shift = (offset - to_offset) / to_factor
+    return tuple(scale * x + shift for x in values)
 
 
 def _record(system: RandomSystem, slaves: dict[str, Slave], rows: dict[str, list[float]]) -> None:
