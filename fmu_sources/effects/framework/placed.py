@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -83,6 +84,15 @@ class Placed:
 
 
 def _filled(template: str, unit: Mapping[str, str]) -> str:
-    """Fill in a unit; all behind its one slash divides: `{value}/s` of a value in m/s is `m/s s`."""
+    """Fill in a unit with one slash: `{value}/s` of a value in m/s is `m/s2`, of one in N/m `N/(m s)`."""
     head, *divisors = template.format(**unit).split("/")
-    return f"{head}/{' '.join(divisors)}" if divisors else head
+    if len(divisors) < 2:
+        return "/".join([head, *divisors])
+    below = " ".join(_power(symbol, n) for symbol, n in Counter(divisors).items())
+    return f"{head}/({below})" if " " in below else f"{head}/{below}"
+
+
+def _power(symbol: str, n: int) -> str:
+    if n == 1:
+        return symbol
+    return f"{symbol}{n}" if symbol.isalpha() else " ".join([symbol] * n)

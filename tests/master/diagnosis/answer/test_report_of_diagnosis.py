@@ -176,11 +176,14 @@ def part():
     study = SimpleNamespace(measured=left, bench=bench, system=system, signals={})
     return SimpleNamespace(
         study=study,
+        outputs=bench.outputs,
+        in_use=bench.in_use,
+        row_period=bench.row_period,
         base=SimpleNamespace(predicted=0.0 * left),
         fit=SimpleNamespace(predicted=0.5 * left),
         has_effect=True,
         correlations=[SimpleNamespace(basis="axis.velocity", value=-0.4, is_found=True)],
-        chosen=SimpleNamespace(added=[]),
+        chosen=SimpleNamespace(effects=[]),
     )
 
 
