@@ -18,6 +18,8 @@ NAMES = {str(p.relative_to(PROJECT)): p for p in SOURCES}
 MEETING_PLACES = (
     "master/catalogue.py",
     "master/cli/build.py",
+    "master/cli/doctor.py",
+    "master/installation.py",  # where the shipped files are
     "master/diagnosis/",
     "master/fmi/unit_names.py",  # the one unit parser is that which writes the FMUs' units
 )

@@ -17,6 +17,8 @@ COMMANDS = {
     "diagnose": "diagnose",
     "build": "build",
     "export-ssp": "export_ssp",
+    "examples": "examples",
+    "doctor": "doctor",
 }
 
 

@@ -15,6 +15,7 @@ from master.coupling.schedule import Schedule, make_schedule
 from master.errors import ConfigError, Problem, nearest
 from master.fmi.description import Description
 from master.fmi.description_reader import read_description
+from master.installation import configuration
 from master.ssp.names import SUFFIXES
 from master.system.config import UNKNOWN_SOURCE, LoadedConfig, read_config, with_times
 from master.system.graph import Descriptions, System, join
@@ -49,11 +50,13 @@ def prepare(
     """
     Read, check and complete a system; builds FMUs that are missing or stale. No FMU is loaded.
 
+    `path` is a YAML file, an SSP archive, or the name of a configuration that is shipped.
+
     Raises:
         ConfigError: With every fault of the file and the request.
     """
     request = request or Request()
-    return _Preparation(_load(path, request), request, progress).experiment()
+    return _Preparation(_load(configuration(path), request), request, progress).experiment()
 
 
 def _load(path: Path, request: Request) -> LoadedConfig:

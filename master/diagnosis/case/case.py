@@ -12,6 +12,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field, model_validator
 
 from master.errors import ConfigError, DataError, Problem, nearest
+from master.installation import configuration
 from master.system.config import FmuEntry
 from master.text.fields import (
     Boolean,
@@ -257,10 +258,12 @@ def read_case(path: Path) -> LoadedCase:
     """
     Read a case as far as it is right; what is wrong is in `problems`.
 
+    `path` is a YAML file, or the name of a case that is shipped.
+
     Raises:
         ConfigError: If too little is right to check the rest.
     """
-    found = validate(Case, read_yaml(path), "case")
+    found = validate(Case, read_yaml(configuration(path)), "case")
     if found.model is None:
         raise ConfigError(found.problems)
     loaded = LoadedCase(found.model, found.document, found.problems)

@@ -1,0 +1,1 @@
+"""A docking test rig in software: systems of FMUs from Python."""
