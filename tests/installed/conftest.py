@@ -17,6 +17,7 @@ import pytest
 
 PROJECT = Path(__file__).parents[2]
 NOBODY = 65534
+Done = subprocess.CompletedProcess[str]
 READS_ALL = "+dac_read_search"  # the interpreter may lie in a folder that only root may enter
 
 
@@ -53,7 +54,7 @@ class Stranger:
             check=False,
         )
 
-    def dockloop(self, *arguments: str, home: str = "home") -> subprocess.CompletedProcess[str]:
+    def dockloop(self, *arguments: str, home: str = "home") -> Done:
         """Run the command `dockloop`, which must succeed."""
         done = self.run(str(self.python.parent / "dockloop"), *arguments, home=home)
         assert done.returncode == 0, done.stderr[-3000:] + done.stdout[-1000:]
@@ -64,12 +65,10 @@ def _as_nobody() -> list[str]:
     """What makes a command that of another user, without network where the system can do that."""
     if os.geteuid() != 0 or shutil.which("setpriv") is None:
         return []
-    has_network_spaces = (
-        subprocess.run(["unshare", "-n", "true"], capture_output=True, check=False).returncode == 0
-    )
+    alone = subprocess.run(["unshare", "-n", "true"], capture_output=True, check=False)
     user = ["setpriv", "--reuid", str(NOBODY), "--regid", str(NOBODY), "--clear-groups"]
     user += [f"--inh-caps={READS_ALL}", f"--ambient-caps={READS_ALL}"]
-    return [*(["unshare", "-n"] if has_network_spaces else []), *user]
+    return [*(["unshare", "-n"] if alone.returncode == 0 else []), *user]
 
 
 @pytest.fixture(scope="session")

@@ -65,7 +65,6 @@ def test_the_wheel_owns_three_names_and_carries_all_that_is_committed(archives: 
         check=True,
     ).stdout.split()
     moved = {f"dockloop/{n}" if n.startswith(("fmus/", "configs/")) else n for n in committed}
-
     assert {n.partition("/")[0] for n in names if ".dist-info/" not in n} == {
         "dockloop",
         "fmu_sources",
