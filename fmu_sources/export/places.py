@@ -51,6 +51,15 @@ def can_be_written(folder: Path) -> bool:
         return False
 
 
+def licence() -> bytes:
+    """Return the licence, which goes into each FMU."""
+    if IS_CHECKOUT:
+        return (_PACKAGES / "LICENSE").read_bytes()
+    from importlib.metadata import distribution
+
+    return (distribution("dockloop").read_text("licenses/LICENSE") or "").encode()
+
+
 def install_command(extra: str) -> str:
     """Return the command that installs an extra into this environment."""
     return f"pip install -e '.[{extra}]'" if IS_CHECKOUT else f"pip install 'dockloop[{extra}]'"

@@ -71,8 +71,8 @@ def test_a_sweep_says_all_faults_before_the_first_run(sprung):
         sprung.sweep({"mass.m_s": [1.0, -1.0, "heavy"]})
 
     assert [(p.where, p.got) for p in error.value.problems] == [
-        ("set mass.m_s", "-1"),
-        ("set mass.m_s", "'heavy'"),
+        ("set mass.m_s", "-1.0 kg"),
+        ("set mass.m_s", "'heavy' kg"),
     ]
 
 
