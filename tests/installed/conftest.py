@@ -9,7 +9,9 @@ import os
 import shutil
 import subprocess
 import sys
+import tempfile
 import tomllib
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -107,9 +109,18 @@ def installed_python(archives: Archives) -> Path:
 
 
 @pytest.fixture(scope="session")
-def stranger(installed_python: Path, tmp_path_factory: pytest.TempPathFactory) -> Stranger:
+def readable_folder() -> Iterator[Path]:
+    """Make a folder that everybody may read, unlike those of pytest."""
+    folder = Path(tempfile.mkdtemp(prefix="dockloop-installed-"))
+    folder.chmod(0o755)
+    yield folder
+    shutil.rmtree(folder)
+
+
+@pytest.fixture(scope="session")
+def stranger(installed_python: Path, readable_folder: Path) -> Stranger:
     """Another user in an empty folder."""
-    folder = tmp_path_factory.mktemp("stranger")
+    folder = readable_folder / "stranger"
     for place in (folder, folder / "home", folder / "work"):
         place.mkdir(exist_ok=True)
         if os.geteuid() == 0:

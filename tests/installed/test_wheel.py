@@ -153,16 +153,17 @@ def test_a_home_that_cannot_be_written_costs_time_alone(stranger: Stranger) -> N
     assert "Traceback" not in done.stderr
 
 
-def test_a_checkout_that_cannot_be_written_runs(stranger: Stranger, tmp_path: Path) -> None:
+def test_a_checkout_that_cannot_be_written_runs(stranger: Stranger, readable_folder: Path) -> None:
+    checkout = readable_folder / "checkout"
     for name in ("master", "fmu_sources", "fmus", "configs", "dockloop"):
         shutil.copytree(
-            PROJECT / name, tmp_path / name, ignore=shutil.ignore_patterns("__pycache__", "local")
+            PROJECT / name, checkout / name, ignore=shutil.ignore_patterns("__pycache__", "local")
         )
-    shutil.copy(PROJECT / "LICENSE", tmp_path)
-    before = sorted(tmp_path.rglob("*"))
+    shutil.copy(PROJECT / "LICENSE", checkout)
+    before = sorted(checkout.rglob("*"))
     output = str(stranger.folder / "work" / "from_checkout")
     run = ("run", "configs/low_frequency.yaml", "--stop-time", "0.1", "--output", output)
-    done = stranger.run(str(stranger.python), "-m", "master", *run, cwd=tmp_path)
+    done = stranger.run(str(stranger.python), "-m", "master", *run, cwd=checkout)
 
     assert done.returncode == 0, done.stderr
-    assert sorted(tmp_path.rglob("*")) == before
+    assert sorted(checkout.rglob("*")) == before
