@@ -48,6 +48,7 @@ class Inspection:
     platforms: tuple[str, ...]
     has_sources: bool
     terminals: Mapping[str, Mapping[str, str]]
+    terminal_kinds: Mapping[str, str]
     odd: tuple[str, ...]
 
     def as_dict(self) -> dict[str, Any]:
@@ -65,7 +66,7 @@ def inspect_fmu(description: Description) -> Inspection:
     with Archive(description.path) as archive:
         names = archive.names
         root = ET.fromstring(archive.read(DESCRIPTION))
-        terminals = _terminals(archive.read(_TERMINALS)) if _TERMINALS in names else {}
+        terminals = _terminals(archive.read(_TERMINALS)) if _TERMINALS in names else []
     binaries = [name.split("/") for name in names if name.startswith("binaries/")]
     platforms = sorted({parts[1] for parts in binaries if len(parts) > 2})
     return Inspection(
@@ -75,7 +76,8 @@ def inspect_fmu(description: Description) -> Inspection:
         capabilities=_capabilities(root, description),
         platforms=tuple(platforms),
         has_sources=any(name.startswith("sources/") for name in names),
-        terminals=terminals,
+        terminals={terminal.get("name", ""): _members(terminal) for terminal in terminals},
+        terminal_kinds={t.get("name", ""): t.get("terminalKind", "") for t in terminals},
         odd=tuple(_oddities(description)),
     )
 
@@ -119,19 +121,18 @@ def _capabilities(root: ET.Element, description: Description) -> dict[str, str |
     return found | {key: _TRUTHS.get(value, value) for key, value in said.items()}
 
 
-def _terminals(content: bytes) -> dict[str, dict[str, str]]:
-    """Name of each terminal to its members and their variables."""
+def _terminals(content: bytes) -> list[ET.Element]:
+    """Terminals of FMI 3.0; none where their file is no XML."""
     try:
-        root = ET.fromstring(content)
+        return list(ET.fromstring(content).iter("Terminal"))
     except ET.ParseError:
-        return {}
-    return {
-        terminal.get("name", ""): {
-            member.get("memberName", ""): member.get("variableName", "")
-            for member in terminal.iter("TerminalMemberVariable")
-        }
-        for terminal in root.iter("Terminal")
-    }
+        return []
+
+
+def _members(terminal: ET.Element) -> dict[str, str]:
+    """Members of a terminal and their variables."""
+    found = terminal.iter("TerminalMemberVariable")
+    return {member.get("memberName", ""): member.get("variableName", "") for member in found}
 
 
 def _oddities(d: Description) -> Iterator[str]:

@@ -26,7 +26,9 @@ def main(fmu: str, experiment: str, package: str) -> None:
         found.append(read(block, given["outputs"]))
 
     block.events[0].func_act = note
-    sources = [Source(lambda t, i=i: rows[min(round(t / step), len(rows) - 1), i]) for i in range(rows.shape[1])]
+    sources = [
+        Source(lambda t, i=i: rows[min(round(t / step), len(rows) - 1), i]) for i in range(rows.shape[1])
+    ]
     wires = [Connection(source, block[name]) for source, name in zip(sources, given["inputs"], strict=True)]
     simulation = Simulation([*sources, block], wires, dt=step, log=False)
     simulation.run(step * (len(rows) - 1))
