@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -14,6 +15,8 @@ from master.recording.folder import reason
 from master.text.yaml_lines import read_yaml
 
 from .common import JSON, answers_errors, say
+
+_SCHEMA = re.compile(r"^# yaml-language-server: \$schema=(\S+)", re.MULTILINE)
 
 
 @click.command()
@@ -62,6 +65,7 @@ def _files_of(source: Path) -> list[Path]:
     recordings = data.get("recordings")
     entries = recordings.values() if isinstance(recordings, dict) else ()
     named = [data.get("system"), *(entry.get("file") for entry in entries if isinstance(entry, dict))]
+    named += _SCHEMA.findall(source.read_text(encoding="utf-8"))
     found = [(source.parent / name).resolve() for name in named if isinstance(name, str)]
     return [source, *(path for path in found if path.is_file() and path.is_relative_to(CONFIG_FOLDER))]
 

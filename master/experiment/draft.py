@@ -159,7 +159,8 @@ def _order(parts: Mapping[str, Part], guesses: Sequence[Guess]) -> str:
     try:
         TopologicalSorter(sources).prepare()
     except CycleError:
-        return f"coupling: {{order: {json.dumps(list(parts))}}}    # guess: as they were given; it sets the delays"
+        order = json.dumps(list(parts))
+        return f"coupling: {{order: {order}}}    # guess: as they were given; it sets the delays"
     return "# coupling: {order: [...]}    # none is needed: without loops they step along the connections"
 
 

@@ -11,6 +11,14 @@ ONE_OR_MORE: Any = {"one_or_more": True}
 """Of a list that may be written as its only entry; see `json_schema_extra` of a field."""
 
 
+class OrText:
+    """Marks a section that may be written as a text alone, such as the path of a file."""
+
+    def __get_pydantic_json_schema__(self, core: Any, handler: Any) -> dict[str, Any]:
+        """Allow the text next to the section."""
+        return {"anyOf": [{"type": "string"}, handler(core)]}
+
+
 def json_schema(model: type[BaseModel], title: str) -> dict[str, Any]:
     """
     Return the schema of a file.

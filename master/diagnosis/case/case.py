@@ -28,6 +28,7 @@ from master.text.fields import (
     SignalKey,
 )
 from master.text.scalar import integer_of
+from master.text.schema import OrText
 from master.text.validation import validate
 from master.text.yaml_lines import Document, Place, read_yaml
 
@@ -177,13 +178,13 @@ class Case(Section):
     variant: str | None = None
     fmus: Annotated[dict[InstanceName, FmuEntry], OrEmpty] = {}
     recordings: Annotated[
-        dict[str, Annotated[RecordingEntry, BeforeValidator(_recording)]],
+        dict[str, Annotated[RecordingEntry, BeforeValidator(_recording), OrText()]],
         Field(min_length=1, examples=[{"run": "run.csv"}]),
     ]
     time: TimeEntry = Field(examples=[{"column": "t", "unit": "s"}])
     signals: Annotated[dict[str, SignalEntry], Field(min_length=1, examples=[_EXAMPLE_OF_SIGNALS])]
     inputs: Annotated[
-        dict[SignalKey, Annotated[InputEntry, BeforeValidator(_input)]],
+        dict[SignalKey, Annotated[InputEntry, BeforeValidator(_input), OrText()]],
         Field(min_length=1, examples=[{"spacecraft.f": "force"}]),
     ]
     compared: Annotated[
