@@ -106,7 +106,7 @@ class _Compiler:
         return Program(
             memory=self._memory(),
             place=self.placed,
-            names=list(self.system.instances),
+            slaves=[(name, interface.version) for name, interface in self.interfaces.items()],
             loop_wires=self.loop_wires,
             channel_of=self.channel_of,
             keep_alive=self.references,
@@ -236,14 +236,8 @@ class _Compiler:
             residuals=_table(self.residuals, RESIDUAL_WIDTH),
             tolerances=np.array(self.tolerances, dtype=np.float64),
             channels=np.zeros((len(self.channel_of), len(Channel))),
-            position=self._position(),
+            position=np.asarray(position.current().cells),
         )
-
-    def _position(self) -> NDArray[np.float64]:
-        """Cells in which the run writes where it is."""
-        present = position.current()
-        present.slaves = [(name, interface.version) for name, interface in self.interfaces.items()]
-        return np.asarray(present.cells)
 
     def _slave(self, name: str) -> list[int]:
         interface = self.interfaces[name]

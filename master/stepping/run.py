@@ -30,6 +30,8 @@ from master.system.grid import Grid
 from .failure import failure_of
 from .initialisation import read_initial_values
 from .limit_monitor import make_limit_monitor, used_signals, warnings, what_is_beyond
+from .machine.compiled import Execute
+from .machine.execution import execute_ticks
 from .machine.interpreter import Execution, LimitMonitor, Stop
 from .machine.operations import Deviation
 from .machine.program import Program
@@ -39,7 +41,6 @@ _CHUNK_SECONDS = 0.1
 _FIRST_CHUNK = 64
 _MOST_TICKS = 16384  # so that rows on their way to a file need the same memory however fast the FMUs are
 
-Execute = Callable[..., Execution]
 ProgressCallback = Callable[[int], None]
 
 
@@ -114,8 +115,8 @@ class RunLoop:
         rows = self.recorder.room(n)
         grid = self.grid
         begin = time.perf_counter()
-        ended = execute(
-            self.program.memory, self.monitor, grid.t0, grid.step_size, self.done, self.done + n, rows
+        ended = execute_ticks(
+            execute, self.program, self.monitor, grid.t0, grid.step_size, self.done, self.done + n, rows
         )
         self.seconds += time.perf_counter() - begin
         if ended.ticks:
