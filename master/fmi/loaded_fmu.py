@@ -10,6 +10,8 @@ from typing import Any
 
 from master.errors import FmuError
 from master.process import position
+from master.process.child import do_last
+from master.process.surroundings import restore_working_folder, working_folder
 
 from . import messages, unpacked
 from .description import Description, Kind, Variable
@@ -29,6 +31,7 @@ class FmuSlave:
         self.name, self.description = name, description
         self._ends_with_error = False
         self._is_initialised = False
+        self._working_folder: str | None = None
         self._folder = unpacked.acquire(description, unpacked.unpack)
         self._enter("instantiate")
         try:
@@ -101,6 +104,7 @@ class FmuSlave:
                 if self._is_initialised and not failed:
                     self._enter("terminate")
                     self._fmu.terminate()
+                    self._leave()
                 self._enter("freeInstance")
                 self._free()
             except Exception as error:  # an FMU that fails at its end has given its results already
@@ -109,10 +113,10 @@ class FmuSlave:
         unpacked.release(self._folder)
 
     def _free(self) -> None:
-        """Free instance and library."""
+        """Free instance and library; the latter last of all, as a thread of the FMU may still run in it."""
         getattr(self._fmu, f"fmi{self.description.version}FreeInstance")(self._fmu.component)
         self._release_interpreter()
-        self._fmu.freeLibrary()
+        do_last(self._fmu.freeLibrary)
 
     def _release_interpreter(self) -> None:
         """
@@ -146,10 +150,12 @@ class FmuSlave:
         """Note a call, by the name that FMPy's method has."""
         named = f"fmi{self.description.version}{function[0].upper()}{function[1:]}"
         position.current().enter(self.name, named)
+        self._working_folder = working_folder()
 
     def _leave(self) -> None:
         """Note the end of a call, and undo what it changed for the next one."""
         position.current().leave()
+        restore_working_folder(self._working_folder)
         if restore_float_mode():
             self._note(Status.WARNING, "floating point", CHANGES_FLOAT_MODE)
 

@@ -38,6 +38,7 @@ _PATIENCE_SECONDS = 2.0
 _DEATH_SIGNAL = 1  # PR_SET_PDEATHSIG
 
 _is_child = False
+_last_work: list[Callable[[], Any]] | None = None  # where such work is put off
 
 
 @dataclass(frozen=True)
@@ -138,8 +139,24 @@ class Child:
                 status = end.code if isinstance(end.code, int) else 1
             except Exception as error:
                 self.mailbox.put(Answer(error=_portable(error)))
-        self.position.cells[position.FINISHED] = 1.0
+            self.position.cells[position.FINISHED] = 1.0
+            for last in _last_work or ():
+                last()
         return status
+
+
+def put_off_last_work() -> None:
+    """In a child: put off what `do_last` is given until the result is handed over."""
+    global _last_work
+    _last_work = []
+
+
+def do_last(work: Callable[[], Any]) -> None:
+    """Do some work now, or where it is put off, when its failure cannot harm any more."""
+    if _last_work is None:
+        work()
+    else:
+        _last_work.append(work)
 
 
 def done_apart(work: Callable[[], T]) -> T:

@@ -68,8 +68,8 @@ class Position:
     Present call of a run, in memory that may be shared.
 
     `cells` are numbers that compiled code writes too, at the indices named above; FLOAT_MODE is 1 + the
-    number of a slave that changed the floating-point mode, FLOAT_TICK the tick in which it did. Tick k is at
-    T0 + k STEP_SIZE [s].
+    number of the first slave that changed the floating-point mode, FLOAT_TICK the tick in which it did.
+    Tick k is at T0 + k STEP_SIZE [s].
     """
 
     def __init__(self, memory: Any | None = None) -> None:
@@ -95,6 +95,12 @@ class Position:
             self._slaves = slaves
             data = json.dumps(list(slaves)).encode()
             self._put(_SLAVES, data if len(data) < _SLAVES_BYTES else b"[]")
+
+    def recall(self, slave: int, tick: int) -> None:
+        """Note an earlier step of an FMU as the present call."""
+        self.cells[SLAVE] = slave
+        self.cells[PHASE] = MAKING_A_STEP
+        self.cells[TICK] = tick
 
     def rest(self, tick: int) -> None:
         """Note that the stepping loop has come to a tick and calls no FMU."""

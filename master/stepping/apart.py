@@ -11,7 +11,7 @@ from master.coupling.schedule import Schedule
 from master.errors import FmuError
 from master.fmi.messages import LogFile, MessageLog, Said
 from master.process import position, signals
-from master.process.child import IS_POSSIBLE, Answer, Child
+from master.process.child import IS_POSSIBLE, Answer, Child, put_off_last_work
 from master.process.mailbox import Mailbox
 from master.process.position import Call
 from master.process.signals import Interruption
@@ -190,6 +190,7 @@ class _Run:
     def _step(self) -> Outcome:
         """In the child: step."""
         signals.forget()
+        put_off_last_work()
         try:
             return self._simulated()
         except position.Interrupted:

@@ -127,12 +127,13 @@ class RunLoop:
     def _report_float_mode(self) -> None:
         """Say whose floating-point mode was undone."""
         cells = self.position.cells
-        slave = int(cells[position.FLOAT_MODE])
-        if slave:
+        slave = int(cells[position.FLOAT_MODE]) - 1
+        if slave >= 0:
             cells[position.FLOAT_MODE] = 0.0
-            cells[position.TICK] = cells[position.FLOAT_TICK]
-            name = list(self.system.instances)[slave - 1]
+            self.position.recall(slave, int(cells[position.FLOAT_TICK]))
+            name = list(self.system.instances)[slave]
             messages.current().note(name, Status.WARNING, "floating point", messages.CHANGES_FLOAT_MODE)
+            self.position.rest(self.done)
 
     def _ended(self, ended: Execution) -> Outcome | None:
         match ended.stop:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from master.process import position
+from master.process.surroundings import restore_working_folder, working_folder
 
 from .compiled import Execute
 from .interpreter import DONE, Execution, LimitMonitor
@@ -26,7 +27,9 @@ def execute_ticks(
     """
     present = position.current()
     present.step(program.slaves, t0, h)
+    folder = working_folder()
     ended = execute(program.memory, monitor, t0, h, begin, end, rows)
+    restore_working_folder(folder)
     if ended.stop == DONE:
         present.rest(end)
     return ended

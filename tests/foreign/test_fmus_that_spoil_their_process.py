@@ -1,14 +1,17 @@
-"""FMUs that crash or exit, in every command that calls them: exit status 3, and the FMU, call and time."""
+"""FMUs that crash, exit or spoil their process, in every command that calls them."""
 
 import json
+import os
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
 
 from master.cli import main
 from master.process.child import done_apart
+from master.recording.files import read_csv
 
 from .build import FOLDERS, HERE, compile_c, write_fmu
 from .foreign import COMPILED
@@ -47,7 +50,7 @@ split: {blocks: [fit, select, sealed], guard: 0.0}
 
 @pytest.fixture(scope="module")
 def library(tmp_path_factory):
-    return compile_c("2.0", tmp_path_factory.mktemp("ending"), HERE / "ending2.c")
+    return compile_c("2.0", tmp_path_factory.mktemp("ending"), HERE / "spoiling2.c", "-lpthread")
 
 
 @pytest.fixture
@@ -56,7 +59,7 @@ def command(library, tmp_path):
     write_fmu(tmp_path / "ending.fmu", DESCRIPTION, {f"{FOLDERS['2.0']}/ending.so": library})
 
     def run(command, name, *more, order=None):
-        file = tmp_path / "system.yaml"
+        file = Path(os.path.relpath(tmp_path / "system.yaml"))
         file.write_text(SYSTEM.format(name=name, order=order or f"[{name}, other]"))
         return CliRunner().invoke(main, [command, str(file), *more])
 
@@ -112,6 +115,28 @@ def test_a_crash_leaves_nothing_in_the_temporary_folder(command, tmp_path, monke
     command("analyse", "crash_step")
 
     assert list(place.iterdir()) == []
+
+
+@pytest.mark.parametrize("name", ["chdir_instantiate", "chdir_init", "chdir_step", "chdir_free"])
+@pytest.mark.parametrize("do", ["run", "analyse"])
+def test_a_working_folder_that_an_fmu_changes_does_not_matter_to_relative_paths(
+    command, tmp_path, monkeypatch, name, do
+):
+    monkeypatch.chdir(tmp_path)
+    expected = command(do, "quiet", "--json")
+    Path("system.yaml").unlink()
+    result = command(do, name, "--json")
+
+    assert result.exit_code == 0, result.stderr
+    assert expected.exit_code == 0
+
+
+def test_a_thread_that_an_fmu_leaves_behind_does_not_spoil_a_run(command, tmp_path):
+    out = tmp_path / "out"
+    result = command("run", "thread_step", "--output", str(out))
+
+    assert result.exit_code == 0, result.stderr
+    assert len(read_csv(out / "result.csv").time) == 101
 
 
 def test_what_work_prints_goes_to_standard_error_and_its_result_comes_back(capfd):

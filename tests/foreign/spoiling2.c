@@ -1,7 +1,9 @@
-/* FMI 2.0: an integrator that ends its process in the call that its instance is named after, as exit_step. */
+/* FMI 2.0: an integrator that does to its process, in a call, what its instance is named after, as exit_step. */
+#include <pthread.h>
 #include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 typedef struct {
     char name[64];
@@ -11,15 +13,29 @@ typedef struct {
 
 enum { OUTPUT, INPUT };
 
-static void perhaps_end(const Fmu *c, const char *call) {
+static void *count(void *steps) {
+    for (;;) {
+        ++*(volatile int *)steps;
+    }
+    return NULL;
+}
+
+static void do_deed(const Fmu *c, const char *call) {
     const char *where = strchr(c->name, '_');
     if (where == NULL || strcmp(where + 1, call) != 0) {
         return;
     }
     if (strncmp(c->name, "exit", 4) == 0) {
         exit(0);
+    } else if (strncmp(c->name, "crash", 5) == 0) {
+        *(volatile int *)8 = 1;
+    } else if (strncmp(c->name, "chdir", 5) == 0) {
+        (void)!chdir("/");
+    } else if (strncmp(c->name, "thread", 6) == 0) {
+        static int n;
+        pthread_t thread;
+        pthread_create(&thread, NULL, count, &n);
     }
-    *(volatile int *)8 = 1;
 }
 
 void *fmi2Instantiate(const char *name, int type, const char *guid, const char *resources, const void *callbacks,
@@ -27,15 +43,15 @@ void *fmi2Instantiate(const char *name, int type, const char *guid, const char *
     (void)type, (void)guid, (void)resources, (void)callbacks, (void)visible, (void)logging;
     Fmu *c = calloc(1, sizeof *c);
     strncpy(c->name, name, sizeof c->name - 1);
-    perhaps_end(c, "instantiate");
+    do_deed(c, "instantiate");
     return c;
 }
-void fmi2FreeInstance(Fmu *c) { perhaps_end(c, "free"); free(c); }
+void fmi2FreeInstance(Fmu *c) { do_deed(c, "free"); free(c); }
 int fmi2SetupExperiment(Fmu *c, int a, double b, double t, int d, double e) {
     (void)c, (void)a, (void)b, (void)t, (void)d, (void)e;
     return 0;
 }
-int fmi2EnterInitializationMode(Fmu *c) { perhaps_end(c, "init"); return 0; }
+int fmi2EnterInitializationMode(Fmu *c) { do_deed(c, "init"); return 0; }
 int fmi2ExitInitializationMode(Fmu *c) { (void)c; return 0; }
 int fmi2Terminate(Fmu *c) { (void)c; return 0; }
 int fmi2Reset(Fmu *c) { c->values[OUTPUT] = 0.0; c->steps = 0; return 0; }
@@ -44,7 +60,7 @@ int fmi2DoStep(Fmu *c, double t, double h, int no_set) {
     (void)t, (void)no_set;
     c->values[OUTPUT] += h * c->values[INPUT];
     if (++c->steps == 10) {
-        perhaps_end(c, "step");
+        do_deed(c, "step");
     }
     return 0;
 }
@@ -61,12 +77,12 @@ int fmi2GetReal(Fmu *c, const unsigned *r, size_t n, double *v) {
     return 0;
 }
 int fmi2GetFMUstate(Fmu *c, void **state) {
-    perhaps_end(c, "state");
+    do_deed(c, "state");
     if (*state == NULL) {
         *state = malloc(sizeof *c);
     }
     memcpy(*state, c, sizeof *c);
     return 0;
 }
-int fmi2SetFMUstate(Fmu *c, void *state) { perhaps_end(c, "restore"); memcpy(c, state, sizeof *c); return 0; }
+int fmi2SetFMUstate(Fmu *c, void *state) { do_deed(c, "restore"); memcpy(c, state, sizeof *c); return 0; }
 int fmi2FreeFMUstate(Fmu *c, void **state) { (void)c; free(*state); *state = NULL; return 0; }
