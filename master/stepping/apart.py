@@ -1,9 +1,15 @@
-"""A run in a process of its own, with rows in shared memory: this process saves them."""
+"""
+A run in a process of its own, with rows in shared memory: this process saves them.
+
+The stepping loop and the libraries that it needs are loaded there alone, while this process loads what
+draws and saves: the start of a run costs the longer of the two.
+"""
 
 from __future__ import annotations
 
 import math
 import signal
+import threading
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
@@ -19,12 +25,11 @@ from master.process.surroundings import standard_output_as_error
 from master.recording.folder import reason
 from master.recording.recorder import Recorder, Result
 from master.recording.shared_rows import SharedRows
-from master.stepping.outcome import FAILED, INTERRUPTED, Outcome, RunOptions
-from master.stepping.run import ProgressCallback, recorded_ports
+from master.stepping.outcome import FAILED, INTERRUPTED, Outcome, ProgressCallback, RunOptions
 from master.system.graph import System
 from master.system.grid import Grid
 
-from . import simulate
+from .recorded import recorded_ports
 
 _PATIENCE = {signal.SIGINT: math.inf}  # until the user insists
 _USUAL_PATIENCE = 5.0
@@ -48,6 +53,7 @@ def simulate_apart(
     interruption: Interruption,
     progress: Callable[[], ProgressCallback],
     log_file: LogFile | None = None,
+    meanwhile: Callable[[], object] | None = None,
 ) -> Outcome:
     """
     Step a system over the grid, as `simulate` does, in a process of its own where the system can fork.
@@ -60,6 +66,7 @@ def simulate_apart(
         interruption: Signals of this process; they end the run.
         progress: Returns what is called with the number of ticks done since the last call.
         log_file: Where messages of FMUs are written.
+        meanwhile: Called in a thread while the other process loads and steps.
 
     Raises:
         FmuError: If an FMU cannot be loaded or initialised; later failures are in the outcome.
@@ -70,6 +77,8 @@ def simulate_apart(
     run = _Run(system, schedule, grid, options, log_file)
     try:
         run.begin()
+        if meanwhile is not None:
+            threading.Thread(target=meanwhile).start()
         return run.watch(interruption, progress())
     finally:
         run.close()
@@ -78,6 +87,8 @@ def simulate_apart(
 def _in_this_process(
     system: System, schedule: Schedule, grid: Grid, options: RunOptions, progress: ProgressCallback
 ) -> Outcome:
+    from . import simulate
+
     with standard_output_as_error():
         try:
             return simulate.simulate(system, schedule, grid, options=options, progress=progress)
@@ -197,6 +208,8 @@ class _Run:
             return Outcome(INTERRUPTED, self.rows.result(), 0.0, 0)
 
     def _simulated(self) -> Outcome:
+        from . import simulate
+
         log = MessageLog(self.grid.time, self.log_file, self._hear)
         options = replace(self.options, sink=None, keep_every=1, recorder=self.rows, log=log)
         begun = simulate.running(self.system, self.schedule, self.grid, options=options)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import signal
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from contextlib import nullcontext
 from typing import Any
 
@@ -22,9 +22,10 @@ from master.stepping.outcome import (
     OVERRUN,
     TERMINATED,
     Outcome,
+    ProgressCallback,
     RunOptions,
 )
-from master.system.graph import Port, System
+from master.system.graph import System
 from master.system.grid import Grid
 
 from .failure import failure_of
@@ -35,18 +36,12 @@ from .machine.execution import execute_ticks
 from .machine.interpreter import Execution, LimitMonitor, Stop
 from .machine.operations import Deviation
 from .machine.program import Program
+from .recorded import recorded_ports
 from .scenario_player import ScenarioPlayer
 
 _CHUNK_SECONDS = 0.1
 _FIRST_CHUNK = 64
 _MOST_TICKS = 16384  # so that rows on their way to a file need the same memory however fast the FMUs are
-
-ProgressCallback = Callable[[int], None]
-
-
-def recorded_ports(system: System) -> list[Port]:
-    """List what a run records: all outputs."""
-    return [Port(n, v) for n, i in system.instances.items() for v in i.description.outputs]
 
 
 class RunLoop:
