@@ -75,13 +75,19 @@ def simulate_apart(
         log = MessageLog(grid.time, log_file)
         return _in_this_process(system, schedule, grid, replace(options, log=log), progress())
     run = _Run(system, schedule, grid, options, log_file)
+    other = threading.Thread(target=meanwhile or _nothing)
     try:
         run.begin()
-        if meanwhile is not None:
-            threading.Thread(target=meanwhile).start()
+        other.start()
         return run.watch(interruption, progress())
     finally:
         run.close()
+        if other.is_alive():  # what a next run forks must not hold locks of a thread
+            other.join()
+
+
+def _nothing() -> None:
+    """Do nothing meanwhile."""
 
 
 def _in_this_process(

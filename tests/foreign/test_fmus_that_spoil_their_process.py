@@ -139,6 +139,17 @@ def test_a_thread_that_an_fmu_leaves_behind_does_not_spoil_a_run(command, tmp_pa
     assert len(read_csv(out / "result.csv").time) == 101
 
 
+def test_an_fmu_that_refuses_to_terminate_is_named_and_its_rows_stay(command, tmp_path):
+    out = tmp_path / "out"
+    result = command("run", "discard_terminate", "--json", "--output", str(out))
+    [said] = json.loads(result.stdout)["messages"]
+
+    assert result.exit_code == 0
+    assert (said["fmu"], said["status"], said["t"]) == ("discard_terminate", "discard", 1.0)
+    assert said["text"] == "terminate answered with status discard: it cannot do this"
+    assert len(read_csv(out / "result.csv").time) == 101
+
+
 def test_what_work_prints_goes_to_standard_error_and_its_result_comes_back(capfd):
     def work():
         subprocess.run([sys.executable, "-c", "print('from an FMU')"], check=True)
