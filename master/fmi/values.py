@@ -208,3 +208,16 @@ def _start_note(v: Variable) -> str | None:
         unit = "" if v.unit_name == "1" else f" {v.unit_name}"
         return f"{v.name}: the FMU's own start value is {shown(value)}{unit}, {error}; it is left as it is"
     return None
+
+
+def alias_notes(d: Description) -> list[str]:
+    """Say which variables share a value with one of another unit: each is taken in the unit that it has."""
+    notes = []
+    for v in d.variables:
+        if v.alias_of is None:
+            continue
+        primary = d.by_name[v.alias_of]
+        if v.unit is not None and primary.unit is not None and v.unit != primary.unit:
+            units = f"{v.unit_name} and {primary.unit_name}"
+            notes.append(f"{v.name}: shares a value with {primary.name}, got the units {units}, expected one")
+    return notes

@@ -100,6 +100,9 @@ class _Compiler:
 
     def build(self) -> Program:
         """Emit all groups."""
+        faults = self.schedule.event_faults(self.system, self.channels)
+        if faults:
+            raise ConfigError([f"events: {fault}" for fault in faults])
         self._allocate()
         for group in self.schedule.groups:
             group.emit(self, self.schedule.every)
@@ -152,14 +155,6 @@ class _Compiler:
         """Step from `back` ticks before the end of the tick over `length` ticks; `every` if None."""
         back = every if back is None else back
         self._add(Operation.STEP, every, self.number_of[instance], back, every if length is None else length)
-
-    def refuse_faults(self, wires: Sequence[Wire], why: str) -> None:
-        """Raise ConfigError if events act on one of the wires."""
-        found = [w.target.name for w in wires if w.target.name in self.channels]
-        if found:
-            raise ConfigError(
-                [f"events: {name} {why}, got a fault on it, expected it elsewhere" for name in found]
-            )
 
     def save(self, instance: str, every: int) -> None:
         """Save the state of an instance."""
