@@ -66,9 +66,14 @@ class Variable:
     @property
     def is_settable(self) -> bool:
         """Whether it takes a value before the run."""
-        if self.variability == "constant" or self.causality == "structuralParameter":
+        if self.variability == "constant":
             return False
         return self.causality in ("parameter", "input") or self.initial in ("exact", "approx")
+
+    @property
+    def is_structural(self) -> bool:
+        """Whether it is a structural parameter (FMI 3.0), which sizes of arrays may depend on."""
+        return self.causality == "structuralParameter"
 
     @property
     def start_value(self) -> float | str | None:

@@ -133,14 +133,19 @@ class BlockRow(NamedTuple):
 
 @dataclass
 class Program:
-    """A program with the names that belong to its numbers."""
+    """A program with the names that belong to its numbers; `slaves` are instances and FMI versions."""
 
     memory: Memory
     place: dict[str, int]
-    names: list[str]
+    slaves: list[tuple[str, int]]
     loop_wires: list[str]
     channel_of: dict[str, int]
     keep_alive: list[NDArray[np.uint32]] = field(default_factory=list)
+
+    @property
+    def names(self) -> list[str]:
+        """Instances, by their numbers."""
+        return [name for name, _ in self.slaves]
 
     @property
     def operations(self) -> Integers:
@@ -176,7 +181,7 @@ class Program:
 
     def instance_of(self, operation: int) -> str:
         """Name the slave that an operation belongs to."""
-        return self.names[int(self.operations[operation, 2])]
+        return self.slaves[int(self.operations[operation, 2])][0]
 
     def blocks_to_set(self, operation: int) -> list[BlockRow]:
         """Setters that a STEP calls."""
