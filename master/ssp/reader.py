@@ -18,7 +18,7 @@ from .annotation import Coupling, read_coupling
 from .names import COUPLING
 from .package import Archive, Folder, Package
 from .parse import default_structure, parse_structure
-from .resolve import Resolved, ResolvedWire, resolve
+from .resolve import Resolved, ResolvedConnector, ResolvedWire, resolve
 from .structure import Structure
 
 _DEFAULT_STEP = 1e-3  # s
@@ -68,7 +68,14 @@ def read_ssp(
             raise
         data["stop_time"] = stop_time
         config = validated(Config, document, "system")
-    return LoadedConfig(config, document, notes=notes, is_designed=coupling is not None)
+    units = {name: connector.type.unit for name, connector in resolved.connectors.items()}
+    return LoadedConfig(
+        config,
+        document,
+        notes=notes,
+        is_designed=coupling is not None,
+        units={name: unit for name, unit in units.items() if unit is not None},
+    )
 
 
 def _structure(path: Path, folder: Path) -> tuple[Structure, list[str]]:
@@ -114,6 +121,7 @@ def _data(
             for name, fmu in resolved.fmus.items()
         },
         "connections": [_connection(wire, given) for wire in resolved.wires],
+        "connectors": {name: _connector(connector) for name, connector in resolved.connectors.items()},
         **given.parts,
     }
 
@@ -143,6 +151,28 @@ def _connection(wire: ResolvedWire, given: Coupling) -> dict[str, Any]:
     return {**found, **given.connections.get((wire.source, wire.target), {})}
 
 
+def _connector(connector: ResolvedConnector) -> dict[str, Any]:
+    kind = _TYPES[connector.type.kind]
+    unit = connector.type.unit
+    found: dict[str, Any] = {"kind": connector.kind, "type": kind, "items": dict(connector.type.items)}
+    if unit is not None:
+        found["unit"] = unit.name
+    if connector.shape:
+        found["shape"] = list(connector.shape)
+    if connector.start is not None:
+        found["start"] = connector.start
+    return found
+
+
+_TYPES = {
+    "Real": "real",
+    "Integer": "integer",
+    "Enumeration": "integer",
+    "Boolean": "boolean",
+    "String": "string",
+}
+
+
 def _conversion(conversion: Conversion) -> dict[str, Any]:
     return {
         "units": "ignored",
@@ -158,6 +188,7 @@ def _places(structure: Structure, resolved: Resolved) -> dict[Place, str]:
     for name, fmu in resolved.fmus.items():
         places["fmus", name] = fmu.where
         places |= {("fmus", name, "start", key): where for key, where in fmu.places.items()}
+    places |= {("connectors", name): connector.where for name, connector in resolved.connectors.items()}
     places |= {("connections", i): wire.where for i, wire in enumerate(resolved.wires)}
     if structure.coupling is not None:
         for key in ("coupling", "compare", "dpdc", "events", "limits", "variants"):

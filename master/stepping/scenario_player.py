@@ -98,8 +98,7 @@ class ScenarioPlayer:
         end = NEVER if event.duration is None else tick + self._grid.ticks_of(event.duration)
         for action in event.actions:
             if action.value is not None and action.target not in self._before:
-                slave, variable = self._slave_and_variable(action.target)
-                [self._before[action.target]] = slave.get([variable])
+                self._before[action.target] = self._value_of(action.target)
             if RANDOM in action.columns:
                 row = self._program.channel_of[action.target]
                 self._program.memory.channels[row, RANDOM] = action.columns[RANDOM]
@@ -120,9 +119,17 @@ class ScenarioPlayer:
         for column, number in columns.items():
             self._program.memory.channels[row, column] = number
 
-    def _set(self, target: str, value: float) -> None:
+    def _value_of(self, target: str) -> float:
+        if SignalName(target).instance in self._system.connectors:
+            return float(self._program.values[self._program.place[target]])
         slave, variable = self._slave_and_variable(target)
-        slave.set([variable], [value])
+        [value] = slave.get([variable])
+        return value
+
+    def _set(self, target: str, value: float) -> None:
+        if SignalName(target).instance not in self._system.connectors:
+            slave, variable = self._slave_and_variable(target)
+            slave.set([variable], [value])
         if target in self._program.place:  # an element of an array that is set as a whole each step
             self._program.values[self._program.place[target]] = value
 

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from master.errors import DataError, expected
 from master.fmi.unit_names import unit as unit_named
+from master.fmi.units import Conversion
 from master.recording.tables import Table, read_table
 
 from .config import InputFile, LoadedConfig, MeasuredColumn
@@ -107,6 +108,14 @@ class InputReader:
         if self._given.interpolation == "linear" and ticks[-1] < self._grid.n_ticks:
             end = f"{self._grid.time(self._grid.n_ticks):.9g} s"
             yield f"ends at {times[-1] * factor:.9g} s, expected a sample at or after the stop, {end}"
+
+
+def converted(change: Conversion, values: Floats) -> Floats:
+    """Convert values as a wire converts each."""
+    found = values
+    for key, value in change.table:
+        found = np.where(values == key, value, found)
+    return change.factor * found + change.offset if change.is_scaled else found
 
 
 def _not_finite(table: Table, name: str) -> Iterator[str]:

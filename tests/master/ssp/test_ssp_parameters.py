@@ -238,7 +238,7 @@ def test_a_value_of_a_system_connector_goes_through_its_connections(tmp_path):
     path = write(tmp_path, system(inner, before=root + given, after=links(link(".in", "sub.u"))))
 
     assert start(path, "sub/g") == {"u": 6001.0, "p": 0.005}
-    assert "inputs of the system: in -> sub/g.u" in prepare(path).notes
+    assert "inputs of the system: root.in -> sub/g.u" in prepare(path).notes
 
 
 def test_the_connection_counts_where_a_connected_input_has_a_value(tmp_path):
