@@ -17,6 +17,7 @@ from .structure import (
     Dictionary,
     End,
     Link,
+    Recording,
     Reference,
     SubSystem,
     Transformation,
@@ -70,6 +71,7 @@ class Network:
     kinds: dict[Point, str] = field(default_factory=dict)
     into: dict[Point, list[Edge]] = field(default_factory=dict)
     roots: dict[str, Connector] = field(default_factory=dict)
+    recordings: dict[Path, Recording] = field(default_factory=dict)
     problems: list[str] = field(default_factory=list)
 
     def source_of(self, point: Point) -> list[Edge]:
@@ -120,6 +122,10 @@ def _enter(
             _enter(network, element, inner, room.dictionaries)
         elif isinstance(element, Component):
             _enter_component(network, element, inner)
+        elif isinstance(element, Recording):
+            network.recordings[inner] = element
+            for connector in element.connectors.values():
+                _place(network, Point(inner, connector.name), "output", connector.type or DataType("Real"))
     for link in system.links:
         _join(network, room, link)
     for element in system.elements.values():

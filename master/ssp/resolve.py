@@ -13,7 +13,7 @@ from master.fmi.units import Conversion, conversion
 from .carry import carry
 from .network import Edge, Leaf, Network, Path, Point, make_network, sinks, type_of, variable_of
 from .parameters import Assignments, Bound, assign, through
-from .structure import INPUTS, OUTPUTS, Connector, DataType, Structure
+from .structure import INPUTS, OUTPUTS, Connector, DataType, Recording, Structure
 
 SEPARATOR = "/"  # between a system and what is in it
 _FORBIDDEN = re.compile(r"[\s.<>/]")
@@ -45,7 +45,7 @@ class ResolvedWire:
 
 @dataclass(frozen=True)
 class ResolvedConnector:
-    """A connector of the outermost system: `type` is that of what it leads to where it has none of its own."""
+    """A connector of the system or a recording: `type` is that of its other end where it has none."""
 
     kind: str
     type: DataType
@@ -59,13 +59,15 @@ class Resolved:
     """
     A flat system.
 
-    `connectors` are those of the outermost system that lead somewhere, by `system.connector`; `notes` says
-    what a user should know of how it was read.
+    `connectors` are those of the outermost system and of recordings that lead somewhere, by
+    `owner.connector`; `recordings` are by their owner. `notes` says what a user should know of how it was
+    read.
     """
 
     fmus: Mapping[str, ResolvedFmu]
     wires: tuple[ResolvedWire, ...]
     connectors: Mapping[str, ResolvedConnector]
+    recordings: Mapping[str, Recording]
     notes: tuple[str, ...]
 
 
@@ -102,7 +104,7 @@ class _Flat:
         self.network = network
         self.assigned = assigned
         self.trusted = trusted
-        self.names = _names(network.leaves)
+        self.names = _names([*network.leaves, *network.recordings])
         self.problems: list[str] = []
         self.notes = list(assigned.notes)
         self.wires: list[ResolvedWire] = []
@@ -121,6 +123,7 @@ class _Flat:
             if connector.kind not in INPUTS:
                 self._let_out(connector)
         self._order_wires()
+        self._note_unused_recordings()
         fmus = {self.names[path]: self._fmu(path, leaf) for path, leaf in self.network.leaves.items()}
         if self.problems:
             raise ConfigError(dict.fromkeys(self.problems))
@@ -131,8 +134,9 @@ class _Flat:
         ]
         if self.connectors and self.owner != self.structure.system.name:
             renamed.append(f"the system {self.structure.system.name!r} is called {self.owner!r} in signals")
-        notes = (*self.notes, *renamed, *self._root_notes())
-        return Resolved(fmus, tuple(self.wires), self.connectors, notes)
+        notes = (*self.notes, *renamed)
+        recordings = {self.names[path]: one for path, one in self.network.recordings.items()}
+        return Resolved(fmus, tuple(self.wires), self.connectors, recordings, notes)
 
     def _feed(self, leaf: Leaf, point: Point) -> None:
         """Wire an input to the output that it comes from, or start it from the connector's value."""
@@ -140,16 +144,17 @@ class _Flat:
         if not path:
             return
         origin = path[0].source
-        target = f"{self.names[leaf.path]}.{point.connector}"
         for passed in (edge.target for edge in path):
             if passed in self.assigned.values and (
-                origin.owner in self.names or origin in self.assigned.values
+                origin.owner in self.names or origin in self.assigned.values  # FMUs and recordings
             ):
                 self._say_overridden(passed, origin)
         try:
-            if not origin.owner:
+            if origin.owner not in self.network.leaves:
                 self._hand_in(leaf, point, path)
-            if origin.owner in self.names:
+            if origin.owner in self.network.recordings:
+                self.starts[leaf.path].pop(point.connector, None)
+            elif origin.owner in self.network.leaves:
                 self._wire(leaf, point, path)
             elif origin in self.assigned.values:
                 self._start(leaf, point, path)
@@ -179,17 +184,33 @@ class _Flat:
         self.wires.append(ResolvedWire(source, target, None if usual else carried.conversion, where))
 
     def _hand_in(self, leaf: Leaf, point: Point, path: Sequence[Edge]) -> None:
-        """Let an input or a parameter of the outermost system lead to one of an FMU."""
-        connector = self.network.roots[path[0].source.connector]
-        if connector.kind == "structuralParameter":
+        """Let a recording, or an input or a parameter of the outermost system, lead to an FMU."""
+        connector = self._connector(path[0].source)
+        if connector is None or connector.kind == "structuralParameter":
             return
-        source = f"{self.owner}.{connector.name}"
+        source = self._signal(path[0].source)
         target = f"{self.names[leaf.path]}.{point.connector}"
         carried = carry(self.network, path, trusted=(source, target) in self.trusted)
         variable = variable_of(leaf.component.fmu, point.connector)
         end = connector.type or (None if variable is None else type_of(variable))
-        self._place(connector, end, _shape(leaf, point.connector))
+        self._place(source, connector, end, _shape(leaf, point.connector))
         self.wires.append(ResolvedWire(source, target, carried.conversion, _where(path)))
+
+    def _connector(self, point: Point) -> Connector | None:
+        """Find a connector of the outermost system or of a recording."""
+        if not point.owner:
+            return self.network.roots[point.connector]
+        recording = self.network.recordings.get(point.owner)
+        return None if recording is None else recording.connectors[point.connector]
+
+    def _signal(self, point: Point) -> str:
+        return f"{self.names[point.owner] if point.owner else self.owner}.{point.connector}"
+
+    def _note_unused_recordings(self) -> None:
+        used = {wire.source.partition(".")[0] for wire in self.wires}
+        for path, recording in self.network.recordings.items():
+            if self.names[path] not in used:
+                self.notes.append(f"{recording.where}: leads to no FMU and so is not read")
 
     def _let_out(self, connector: Connector) -> None:
         """Let an output of the outermost system have the value of what leads to it."""
@@ -201,7 +222,10 @@ class _Flat:
         origin = path[0].source
         target = f"{self.owner}.{connector.name}"
         leaf = self.network.leaves.get(origin.owner)
-        source = f"{self.owner if leaf is None else self.names[origin.owner]}.{origin.connector}"
+        if leaf is None and self._connector(origin) is None:
+            self.notes.append(f"{connector.where}: comes from no FMU and so is no column of the result")
+            return
+        source = self._signal(origin)
         try:
             carried = carry(self.network, path, trusted=(source, target) in self.trusted)
         except ValueError as error:
@@ -217,13 +241,16 @@ class _Flat:
         end = self.network.types[origin]
         shape: tuple[int, ...] = ()
         if leaf is None:
-            given = self.network.roots[origin.connector]
-            self._place(given, end or connector.type, (), self._held(origin))
+            given = self._connector(origin)
+            assert given is not None
+            self._place(source, given, end or connector.type, (), self._held(origin))
         else:
             variable = variable_of(leaf.component.fmu, origin.connector)
-            end = connector.type or (None if variable is None else replace(type_of(variable), unit=carried.unit))
+            end = connector.type or (
+                None if variable is None else replace(type_of(variable), unit=carried.unit)
+            )
             shape = _shape(leaf, origin.connector)
-        self._place(connector, end, shape)
+        self._place(target, connector, end, shape)
         self.wires.append(ResolvedWire(source, target, carried.conversion, _where(path)))
 
     def _held(self, origin: Point) -> float | int | bool | str | None:
@@ -233,13 +260,14 @@ class _Flat:
 
     def _place(
         self,
+        name: str,
         connector: Connector,
         data_type: DataType | None,
         shape: tuple[int, ...],
         start: float | int | bool | str | None = None,
     ) -> None:
-        name = f"{self.owner}.{connector.name}"
-        kind = connector.kind if connector.kind in ("input", "parameter") else "output"
+        is_recording = name.partition(".")[0] != self.owner
+        kind = "input" if is_recording else connector.kind if connector.kind in INPUTS else "output"
         known = self.connectors.get(name)
         start = start if known is None or known.start is None else known.start
         self.connectors[name] = ResolvedConnector(
@@ -271,7 +299,7 @@ class _Flat:
                 continue
             path = self.network.source_of(point)
             origin = path[0].source if path else point
-            if origin.owner not in self.starts:
+            if origin.owner not in self.starts:  # no FMU
                 self.notes.append(
                     f"{bound.where}: {point} is an output of no FMU, and so the value is not used"
                 )
@@ -310,17 +338,6 @@ class _Flat:
         places = {link.where: i for i, link in enumerate(self.structure.system.links)}
         self.wires.sort(key=lambda wire: places.get(wire.where, len(places)))
 
-    def _root_notes(self) -> list[str]:
-        """What each input of the outermost system leads to."""
-        led: dict[str, list[str]] = {
-            f"{self.owner}.{c.name}": [] for c in self.network.roots.values() if c.kind in INPUTS
-        }
-        for wire in self.wires:
-            if wire.source in led:
-                led[wire.source].append(wire.target)
-        said = [f"{name} -> {', '.join(targets) or 'nothing'}" for name, targets in led.items()]
-        return [f"inputs of the system: {'; '.join(said)}"] if said else []
-
 
 def _where(path: Sequence[Edge]) -> str:
     return path[-1].where if len(path) == 1 else f"{path[0].where} ... {path[-1].where}"
@@ -344,7 +361,7 @@ def _owner(name: str, taken: Collection[str]) -> str:
     return found
 
 
-def _names(leaves: Mapping[Path, Leaf]) -> dict[Path, str]:
+def _names(leaves: Collection[Path]) -> dict[Path, str]:
     """Names without what the YAML form forbids, each once."""
     found: dict[Path, str] = {}
     taken: set[str] = set()

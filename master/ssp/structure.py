@@ -131,6 +131,18 @@ class Component:
 
 
 @dataclass(frozen=True)
+class Recording:
+    """A table of signals over the time [s] in column `time`; `file` is on disk, `member` in the archive."""
+
+    name: str
+    connectors: Mapping[str, Connector]
+    file: Path
+    member: str
+    time: str
+    where: str
+
+
+@dataclass(frozen=True)
 class Dictionary:
     """Signals that references in several systems share."""
 
@@ -156,7 +168,7 @@ class SubSystem:
     name: str
     connectors: Mapping[str, Connector]
     bindings: tuple[Binding, ...]
-    elements: Mapping[str, Component | SubSystem | Reference]
+    elements: Mapping[str, Component | Recording | SubSystem | Reference]
     links: tuple[Link, ...]
     dictionaries: Mapping[str, Dictionary]
     where: str

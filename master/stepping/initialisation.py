@@ -71,7 +71,7 @@ def read_initial_values(
 ) -> None:
     """Row 0 of the table of values, and what older values are held at until their first ones arrive."""
     values, place = program.values, program.place
-    for name, instance in system.instances.items():
+    for name in system.instances:
         chosen = system.read_from(name) if read is None else read[name]
         for v, value in zip(chosen, slaves[name].get(chosen), strict=True):
             values[place[Port(name, v).name]] = value

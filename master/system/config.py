@@ -259,7 +259,8 @@ class LoadedConfig:
 
     `problems` are faults of the file; with any of them, `config` is what is left without them.
     `is_designed`: the values that a design (`dpdc: {design: auto}`) gives are among its values already.
-    `units` are those that the file itself defines for connectors of the system, by the connector.
+    `units` are those that the file itself defines for connectors of the system, by the connector; `files` are
+    recordings that were unpacked from it, by the name that `inputs` has for them.
     """
 
     config: Config
@@ -268,6 +269,7 @@ class LoadedConfig:
     notes: tuple[str, ...] = ()
     is_designed: bool = False
     units: Mapping[str, Unit] = field(default_factory=dict)
+    files: Mapping[str, Path] = field(default_factory=dict)
 
     @property
     def folder(self) -> Path:

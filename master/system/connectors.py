@@ -1,4 +1,4 @@
-"""Inputs and outputs of the whole system, described as those of an FMU are, so that wires lead to them alike."""
+"""Inputs and outputs of the whole system, described as those of an FMU are: wires lead to both alike."""
 
 from __future__ import annotations
 
@@ -26,30 +26,28 @@ _VALUE_TYPES = {
 def described_connectors(
     loaded: LoadedConfig, fmus: Collection[str], problems: list[str]
 ) -> dict[str, Description]:
-    """Describe the system's own connectors by the name of the system; empty where it has none."""
+    """Describe the connectors by their owners: the system itself, and recordings of an archive."""
     given = {SignalName(name): entry for name, entry in loaded.config.connectors.items()}
-    owners = list(dict.fromkeys(name.instance for name in given))
-    for name in given:
-        where = loaded.where("connectors", name)
+    found: dict[str, list[Variable]] = {}
+    for name, entry in given.items():
         if name.instance in fmus:
+            where = loaded.where("connectors", name)
             got = f"{name.instance!r}, an FMU"
             problems.append(Problem("not a name for the system", where=where, got=got, expected="another"))
-        elif name.instance != owners[0]:
-            got = f"{owners[0]!r} and {name.instance!r}"
-            problems.append(Problem("two names of the system", where=where, got=got, expected="one"))
-    if not owners or owners[0] in fmus:
-        return {}
-    own = {name: entry for name, entry in given.items() if name.instance == owners[0]}
-    variables = [v for name, entry in own.items() for v in _variables(name, entry, loaded.units.get(name))]
-    described = Description(
-        path=loaded.document.path,
-        fmi_version="0",
-        model_name="the system",
-        model_identifier="",
-        token="",
-        variables=tuple(variables),
-    )
-    return {owners[0]: described}
+        else:
+            variables = found.setdefault(name.instance, [])
+            variables += _variables(name, entry, loaded.units.get(name))
+    return {
+        owner: Description(
+            path=loaded.document.path,
+            fmi_version="0",
+            model_name="the system",
+            model_identifier="",
+            token="",
+            variables=tuple(variables),
+        )
+        for owner, variables in found.items()
+    }
 
 
 def _variables(signal: SignalName, entry: SystemConnector, unit: Unit | None) -> Iterator[Variable]:

@@ -75,8 +75,8 @@ class System:
     `unread` names the FMUs of a wrong file that could not be read; it is empty in a system that runs.
 
     `connectors` describes inputs and outputs of the whole by the name of the system. `inlets` are wires from
-    its inputs and parameters to FMUs, `outlets` those to its outputs; `held` are the values of outputs that
-    come from an input of the system itself.
+    its inputs and parameters to FMUs, `outlets` those to its outputs; `given` are values of the first, `held`
+    those of outputs that come from an input of the system itself.
     """
 
     instances: Mapping[str, Instance]
@@ -85,6 +85,7 @@ class System:
     connectors: Mapping[str, Description] = field(default_factory=dict)
     inlets: tuple[Wire, ...] = ()
     outlets: tuple[Wire, ...] = ()
+    given: Mapping[str, float | str] = field(default_factory=dict)
     held: Mapping[str, float] = field(default_factory=dict)
 
     @property
@@ -112,18 +113,25 @@ class System:
         """Variables of an FMU that a run reads: its outputs, and what else is an output of the system."""
         outputs = self.instances[instance].description.outputs
         known = {v.name for v in outputs}
-        more = {w.source.variable.name: w.source.variable for w in self.outlets if w.source.instance == instance}
+        more = {
+            w.source.variable.name: w.source.variable for w in self.outlets if w.source.instance == instance
+        }
         return (*outputs, *(v for name, v in more.items() if name not in known))
 
     def port(self, signal: str) -> Port:
         """Find `instance.variable`; KeyError if there is none."""
         name = SignalName(signal)
-        return Port(name.instance, self.instances[name.instance].description.by_name[name.variable])
+        return Port(name.instance, self._described(name.instance).by_name[name.variable])
 
     def primary(self, signal: str) -> Port:
         """Find the primary variable of those that share a value with `instance.variable`, as `port` does."""
         name = SignalName(signal)
-        return Port(name.instance, self.instances[name.instance].description.primary(name.variable))
+        return Port(name.instance, self._described(name.instance).primary(name.variable))
+
+    def _described(self, instance: str) -> Description:
+        """Describe an FMU or a connector's owner; KeyError if there is none."""
+        known = self.instances.get(instance)
+        return self.connectors[instance] if known is None else known.description
 
 
 def build_system(
@@ -191,6 +199,7 @@ class _Joined:
     outlets: list[Wire]
     connected: set[str]
     unread: tuple[str, ...]
+    given: dict[str, float | str] = field(default_factory=dict)
     held: dict[str, float] = field(default_factory=dict)
 
     def system(self, wires: Sequence[Wire]) -> System:
@@ -203,12 +212,13 @@ class _Joined:
             connectors=self.connectors,
             inlets=tuple(self.inlets),
             outlets=tuple(self.outlets),
+            given=self.given,
             held={w.target.name: w.conversion.of(0.0) for w in handed} | self.held,
         )
 
     def copy(self) -> _Joined:
         """Make one whose values may change without changing these."""
-        return replace(self, instances=dict(self.instances), held=dict(self.held))
+        return replace(self, instances=dict(self.instances), given=dict(self.given), held=dict(self.held))
 
     def set(self, signal: str, value: Setting) -> str | None:
         """Set one value over those of the file; return what is wrong with it."""
@@ -235,6 +245,7 @@ class _Joined:
             return str(error)
         for variable, number in parsed.items():
             signal = f"{name}.{variable}"
+            self.given[signal] = number
             for wire in (w for w in (*self.inlets, *self.outlets) if w.source.name == signal):
                 carried = handed(wire, number)
                 if wire.target.instance in self.connectors:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from master.errors import ConfigError, expected
@@ -34,11 +35,13 @@ class MeasuredInputs:
     All inputs under recordings.
 
     `values` has a row for each tick and one more, shape (ticks + 1, inputs), in the units of the inputs: row
-    k holds those at t_k. An input has them as from an FMU that steps before all others.
+    k holds those at t_k. An input has them as from an FMU that steps before all others. `files` are the
+    recordings on disk by the names that the system has for them.
     """
 
     feeds: tuple[Feed, ...] = ()
     values: Floats | None = None
+    files: Mapping[str, Path] = field(default_factory=dict)
 
     @property
     def columns(self) -> dict[str, int]:
@@ -62,8 +65,10 @@ def measured_inputs(loaded: LoadedConfig, system: System, grid: Grid) -> Measure
     problems: list[str] = []
     feeds: list[Feed] = []
     values: list[Floats] = []
+    files: dict[str, Path] = {}
     for i, given in enumerate(loaded.config.inputs):
         reader = InputReader(loaded, i, given, grid, problems)
+        files[given.file] = reader.path
         for signal, column in given.map.items():
             where = loaded.where("inputs", i, "map", signal)
             targets = _targets(system, signal, where, problems)
@@ -79,7 +84,7 @@ def measured_inputs(loaded: LoadedConfig, system: System, grid: Grid) -> Measure
                 values.append(converted(on_the_way, into.factor * found + into.offset))
     if problems:
         raise ConfigError(dict.fromkeys(problems))
-    return MeasuredInputs(tuple(feeds), np.column_stack(values)) if feeds else MeasuredInputs()
+    return MeasuredInputs(tuple(feeds), np.column_stack(values), files) if feeds else MeasuredInputs()
 
 
 def with_first_values(system: System, inputs: MeasuredInputs) -> System:
@@ -98,9 +103,7 @@ def with_first_values(system: System, inputs: MeasuredInputs) -> System:
     return replace(system, instances=instances, held=held)
 
 
-def _targets(
-    system: System, signal: str, where: str, problems: list[str]
-) -> dict[str, Conversion] | None:
+def _targets(system: System, signal: str, where: str, problems: list[str]) -> dict[str, Conversion] | None:
     """Inputs that a signal is or leads to, with what becomes of its value; None, with a problem, if none."""
     name, variable = SignalName(signal).parts
     descriptions = {**{n: i.description for n, i in system.instances.items()}, **system.connectors}

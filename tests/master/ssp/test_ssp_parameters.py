@@ -265,15 +265,6 @@ def test_a_value_that_nothing_takes_is_a_note(tmp_path):
     assert "ParameterBinding: no variable takes these values: typo" in "\n".join(prepare(path).notes)
 
 
-def test_outputs_of_the_system_are_named_with_what_they_are(tmp_path):
-    root = connectors(connector("out", "output"), connector("loose", "output"))
-    content = system(component("a"), before=root, after=links(link("a.y", ".out", LINEAR)))
-
-    assert (
-        "outputs of the system: out = 2 * a.y + 1; loose = nothing" in prepare(write(tmp_path, content)).notes
-    )
-
-
 @pytest.mark.parametrize(
     ("parameters", "said"),
     [
