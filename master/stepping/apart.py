@@ -3,6 +3,8 @@ A run in a process of its own, forked from this one, with rows in shared memory.
 
 Whatever an FMU does to its process (a crash, `exit`, standard output, the working folder, umask, signals)
 does not reach this process, which saves the rows. Where the system cannot fork, all runs in this process.
+The stepping loop and the libraries that it needs are loaded there alone, while this process loads what
+draws and saves: the start of a run costs the longer of the two.
 """
 
 from __future__ import annotations
@@ -15,6 +17,7 @@ import select
 import signal
 import sys
 import tempfile
+import threading
 import traceback
 import warnings
 from collections.abc import Callable
@@ -34,12 +37,11 @@ from master.process.surroundings import standard_output_as_error
 from master.recording.folder import reason
 from master.recording.recorder import Recorder, Result
 from master.recording.shared_rows import SharedRows
-from master.stepping.outcome import FAILED, INTERRUPTED, Outcome, RunOptions
-from master.stepping.run import ProgressCallback, recorded_ports
+from master.stepping.outcome import FAILED, INTERRUPTED, Outcome, ProgressCallback, RunOptions
 from master.system.graph import System
 from master.system.grid import Grid
 
-from . import simulate
+from .recorded import recorded_ports
 
 IS_POSSIBLE = sys.platform.startswith("linux")
 
@@ -75,6 +77,7 @@ def simulate_apart(
     interruption: Interruption,
     progress: Callable[[], ProgressCallback],
     log_file: LogFile | None = None,
+    meanwhile: Callable[[], object] | None = None,
 ) -> Outcome:
     """
     Step a system over the grid, as `simulate` does, in a process of its own where the system can fork.
@@ -87,6 +90,7 @@ def simulate_apart(
         interruption: Signals of this process; they end the run.
         progress: Returns what is called with the number of ticks done since the last call.
         log_file: Where messages of FMUs are written.
+        meanwhile: Called in a thread while the other process loads and steps.
 
     Raises:
         FmuError: If an FMU cannot be loaded or initialised; later failures are in the outcome.
@@ -97,12 +101,16 @@ def simulate_apart(
     with tempfile.TemporaryDirectory(prefix="dockloop-", ignore_cleanup_errors=True) as folder:
         run = _Run(system, schedule, grid, options, Path(folder), log_file)
         run.begin()
+        if meanwhile is not None:
+            threading.Thread(target=meanwhile).start()
         return run.watch(interruption, progress())
 
 
 def _in_this_process(
     system: System, schedule: Schedule, grid: Grid, options: RunOptions, progress: ProgressCallback
 ) -> Outcome:
+    from . import simulate
+
     with standard_output_as_error():
         try:
             return simulate.simulate(system, schedule, grid, options=options, progress=progress)
@@ -256,6 +264,8 @@ class _Run:
         self.position.cells[position.FINISHED] = 1.0
 
     def _simulated(self) -> Outcome:
+        from . import simulate
+
         log = MessageLog(self.grid.time, self.log_file, self._hear)
         options = replace(self.options, sink=None, keep_every=1, recorder=self.rows, log=log)
         begun = simulate.running(self.system, self.schedule, self.grid, options=options)

@@ -22,9 +22,10 @@ from master.stepping.outcome import (
     OVERRUN,
     TERMINATED,
     Outcome,
+    ProgressCallback,
     RunOptions,
 )
-from master.system.graph import Port, System
+from master.system.graph import System
 from master.system.grid import Grid
 
 from .failure import failure_of
@@ -33,6 +34,7 @@ from .limit_monitor import make_limit_monitor, used_signals, warnings, what_is_b
 from .machine.interpreter import Execution, LimitMonitor, Stop
 from .machine.operations import Deviation
 from .machine.program import Program
+from .recorded import recorded_ports
 from .scenario_player import ScenarioPlayer
 
 _CHUNK_SECONDS = 0.1
@@ -40,13 +42,6 @@ _FIRST_CHUNK = 64
 _MOST_TICKS = 16384  # so that rows on their way to a file need the same memory however fast the FMUs are
 
 Execute = Callable[..., Execution]
-ProgressCallback = Callable[[int], None]
-
-
-def recorded_ports(system: System) -> list[Port]:
-    """List what a run records: all outputs, those of the whole system last."""
-    own = [Port(n, v) for n, i in system.instances.items() for v in i.description.outputs]
-    return own + [wire.target for wire in system.outlets]
 
 
 class RunLoop:

@@ -18,11 +18,8 @@ from master.process import position
 from master.stepping.machine.compiled import compiled as compiled_execute
 from master.stepping.machine.interpreter import execute
 from master.stepping.machine.program import Program
-from master.stepping.outcome import (
-    Outcome,
-    RunOptions,
-)
-from master.stepping.run import ProgressCallback, RunLoop
+from master.stepping.outcome import Outcome, ProgressCallback, RunOptions
+from master.stepping.run import RunLoop
 from master.system.graph import System
 from master.system.grid import Grid
 
