@@ -150,6 +150,25 @@ def variable_of(fmu: Description, name: str) -> Variable | None:
     return fmu.by_name.get(name) or next(iter(fmu.arrays.get(name, ())), None)
 
 
+def shape_of(fmu: Description, name: str) -> tuple[int, ...]:
+    """Lengths of an array along each dimension; empty for a scalar."""
+    elements = fmu.arrays.get(name, ())
+    return tuple(map(int, elements[-1].name.rpartition("[")[2][:-1].split(","))) if elements else ()
+
+
+def shape_fault(connector: Connector, shape: tuple[int, ...], whose: str) -> str | None:
+    """Say which dimensions a connector declares that what it belongs or leads to does not have."""
+    declared = connector.shape
+    if not declared:
+        return None
+    if len(declared) != len(shape) or any(a not in (None, b) for a, b in zip(declared, shape, strict=True)):
+        got, wanted = (
+            " x ".join("?" if n is None else str(n) for n in one) or "a scalar" for one in (declared, shape)
+        )
+        return f"{connector.where}: shape differs from that {whose}, got {got}, expected {wanted}"
+    return None
+
+
 def type_of(variable: Variable, connector: Connector | None = None) -> DataType:
     """Type of an FMU's variable; a unit that it lacks is that of its connector."""
     kind = "Enumeration" if variable.items else variable.kind.value
@@ -169,12 +188,15 @@ def _component_type(network: Network, component: Component, connector: Connector
         if name not in fmu.not_exchanged and (declared is None or declared.kind not in ("Binary", "Clock")):
             names = expected(name, [v.name for v in fmu.variables])
             network.problems.append(f"{connector.where}: no such variable in {fmu.model_name}, {names}")
-        return replace(declared or DataType("Binary"), kind="Binary")
+        is_clock = "clock" in fmu.not_exchanged.get(name, "")
+        return replace(declared or DataType("Binary"), kind="Clock" if is_clock else "Binary")
     causality = "constant" if variable.variability == "constant" else variable.causality
     if connector.kind not in (causality, variable.causality):
         network.problems.append(
             f"{connector.where}: kind differs from the FMU's, got {connector.kind}, expected {causality}"
         )
+    other_shape = shape_fault(connector, shape_of(fmu, name), f"of {fmu.model_name}")
+    network.problems += [] if other_shape is None else [other_shape]
     found = type_of(variable, connector)
     if declared is None:
         return found

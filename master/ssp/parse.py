@@ -13,7 +13,7 @@ from master.fmi.description_reader import read_description
 
 from . import grammar
 from .grammar import everywhere
-from .markup import Node, Rule, boolean, double, read_xml
+from .markup import Node, Rule, boolean, double, integer, read_xml
 from .names import (
     COUPLING,
     COUPLING_ELEMENT,
@@ -394,11 +394,17 @@ def _connectors(reading: _Reading, file: _File, node: Node) -> dict[str, Connect
             kind=one.text("kind"),
             type=read_type(one, file.scope, reading.problems),
             where=one.where,
+            shape=tuple(_size(dimension) for dimension in one.children(ssc("Dimension"))),
         )
         if made.name in found:
             reading.problems.append(f"{one.where}: twice on {node.text('name')!r}, expected one of a name")
         found[made.name] = made
     return found
+
+
+def _size(dimension: Node) -> int | None:
+    size = dimension.get("size")
+    return None if size is None else integer(size)
 
 
 def _link(reading: _Reading, node: Node) -> Link:

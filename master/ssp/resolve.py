@@ -11,7 +11,19 @@ from master.errors import ConfigError
 from master.fmi.units import Conversion, conversion
 
 from .carry import carry
-from .network import Edge, Leaf, Network, Path, Point, make_network, sinks, type_of, variable_of
+from .network import (
+    Edge,
+    Leaf,
+    Network,
+    Path,
+    Point,
+    make_network,
+    shape_fault,
+    shape_of,
+    sinks,
+    type_of,
+    variable_of,
+)
 from .parameters import Assignments, Bound, assign, through
 from .structure import INPUTS, OUTPUTS, Connector, DataType, Recording, Structure
 
@@ -193,7 +205,9 @@ class _Flat:
         carried = carry(self.network, path, trusted=(source, target) in self.trusted)
         variable = variable_of(leaf.component.fmu, point.connector)
         end = connector.type or (None if variable is None else type_of(variable))
-        self._place(source, connector, end, _shape(leaf, point.connector))
+        shape = shape_of(leaf.component.fmu, point.connector)
+        self._refuse_other_shape(connector, shape, target)
+        self._place(source, connector, end, shape)
         self.wires.append(ResolvedWire(source, target, carried.conversion, _where(path)))
 
     def _connector(self, point: Point) -> Connector | None:
@@ -202,6 +216,10 @@ class _Flat:
             return self.network.roots[point.connector]
         recording = self.network.recordings.get(point.owner)
         return None if recording is None else recording.connectors[point.connector]
+
+    def _refuse_other_shape(self, connector: Connector, shape: tuple[int, ...], other: str) -> None:
+        fault = shape_fault(connector, shape, f"of {other}")
+        self.problems += [] if fault is None else [fault]
 
     def _signal(self, point: Point) -> str:
         return f"{self.names[point.owner] if point.owner else self.owner}.{point.connector}"
@@ -249,7 +267,8 @@ class _Flat:
             end = connector.type or (
                 None if variable is None else replace(type_of(variable), unit=carried.unit)
             )
-            shape = _shape(leaf, origin.connector)
+            shape = shape_of(leaf.component.fmu, origin.connector)
+            self._refuse_other_shape(connector, shape, source)
         self._place(target, connector, end, shape)
         self.wires.append(ResolvedWire(source, target, carried.conversion, _where(path)))
 
@@ -341,12 +360,6 @@ class _Flat:
 
 def _where(path: Sequence[Edge]) -> str:
     return path[-1].where if len(path) == 1 else f"{path[0].where} ... {path[-1].where}"
-
-
-def _shape(leaf: Leaf, name: str) -> tuple[int, ...]:
-    """Lengths of an array of an FMU along each dimension; empty for a scalar."""
-    elements = leaf.component.fmu.arrays.get(name, ())
-    return tuple(map(int, elements[-1].name.rpartition("[")[2][:-1].split(","))) if elements else ()
 
 
 def _owner(name: str, taken: Collection[str]) -> str:

@@ -58,12 +58,17 @@ Transformation = Linear | Table
 
 @dataclass(frozen=True)
 class Connector:
-    """A connector of a component, a system or a dictionary's reference."""
+    """
+    A connector of a component, a system or a dictionary's reference.
+
+    `shape` are the lengths along the dimensions that it declares, None where another connector has one.
+    """
 
     name: str
     kind: str
     type: DataType | None
     where: str
+    shape: tuple[int | None, ...] = ()
 
 
 @dataclass(frozen=True)
