@@ -22,6 +22,7 @@ from lxml import etree
 from master.errors import ConfigError
 from master.fmi.description import Kind, Variable
 from master.fmi.units import Unit
+from master.recording.whole_file import write_whole
 from master.system.graph import Instance, System, Wire
 
 from .annotation import write_coupling
@@ -61,8 +62,7 @@ def write_ssp(experiment: PreparedSystem, path: Path) -> Path:
     contents |= {recordings.members[name]: content for name, content in recordings.contents.items()}
     structure = _document(_structure(experiment, files, recordings, owner, unsaid))
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(_pack({STRUCTURE: structure, **contents}))
+        write_whole(path, _pack({STRUCTURE: structure, **contents}))
     except (OSError, ValueError) as error:
         raise ConfigError([f"{path}: cannot be written, got {error}"]) from None
     return path

@@ -19,6 +19,7 @@ from master.recording.files import read_csv
 
 PROJECT = Path(__file__).parents[3]
 EXPERIMENT = PROJECT / "configs" / "experiment.yaml"
+CASE = PROJECT / "configs" / "measured" / "docking_rig.yaml"
 N_MOMENTS = int(os.environ.get("DOCKLOOP_SIGNALS", "12"))
 SIGNALS = [signal.SIGTERM, signal.SIGHUP, signal.SIGINT]
 RUNS = {
@@ -142,22 +143,31 @@ COMMANDS = {  # and the seconds in which it is at work for certain
     ("check", EXPERIMENT): 0.1,
     ("explain", EXPERIMENT): 0.1,
     ("analyse", EXPERIMENT): 0.5,
+    ("design-dpdc", EXPERIMENT): 0.3,
+    ("export-ssp", EXPERIMENT): 0.1,
+    ("diagnose", CASE): 1.0,
+    ("build", "--release", "--check"): 1.5,
     ("reproduce",): 1.0,
 }
 
 
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=["ctrl-c", "sigterm"])
 @pytest.mark.parametrize(("arguments", "at_work"), COMMANDS.items(), ids=[c[0] for c in COMMANDS])
-def test_ctrl_c_ends_every_command_with_130_and_leaves_nothing(arguments, at_work, tmp_path):
-    draw = random.Random(arguments[0])
+def test_a_signal_ends_every_command_with_its_status_and_leaves_nothing(
+    arguments, at_work, number, tmp_path
+):
+    draw = random.Random(f"{arguments[0]} {number}")
     command = Command(tmp_path, arguments)
     command.wait_for_handlers()
     time.sleep(draw.uniform(0.0, at_work))
-    status = command.end(signal.SIGINT)
+    status = command.end(number)
 
     said = command.errors.read_text()
     assert "Traceback" not in said, said
-    assert status == 130
+    assert status == 128 + number
     assert list(command.temporary.iterdir()) == []
+    assert not list(tmp_path.rglob("*.ssp"))
+    assert not list(tmp_path.rglob("*.partial"))
 
 
 def started_writing(out, command):
