@@ -106,6 +106,9 @@ class ScenarioPlayer:
     def _remember(self, targets: Sequence[str]) -> None:
         """Read values before they are set."""
         for instance, own in self._by_instance(targets).items():
+            if instance in self._system.connectors:
+                self._before |= {t: float(self._program.values[self._program.place[t]]) for t in own}
+                continue
             slave = self._slaves[instance]
             found = slave.get([self._system.port(target).variable for target in own])
             self._before |= zip(own, found, strict=True)
@@ -133,6 +136,8 @@ class ScenarioPlayer:
     def _set(self, values: Mapping[str, float]) -> None:
         """Set values, those of an instance at once, and where each step sets them too, what it sets."""
         for instance, own in self._by_instance(values).items():
+            if instance in self._system.connectors:
+                continue
             variables = [self._system.port(target).variable for target in own]
             self._slaves[instance].set(variables, [values[target] for target in own])
         for target, value in values.items():
