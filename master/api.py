@@ -9,6 +9,7 @@ from master import catalogue
 from master.experiment.experiment import Experiment
 from master.experiment.prepare import Request, prepare
 from master.fmi.description import Description
+from master.process.child import done_apart
 from master.system.config import LoadedConfig
 
 
@@ -30,4 +31,4 @@ def prepare_to_run(
         return experiment
     from master.docking.phase_lead import designed
 
-    return designed(experiment)
+    return done_apart(lambda: designed(experiment))

@@ -7,12 +7,13 @@ from dataclasses import dataclass, field, replace
 from master.coupling.algebraic import algebraic_loops
 from master.coupling.ledger import Ledger, input_entry, make_ledger
 from master.coupling.schedule import Schedule
-from master.fmi.values import start_notes
+from master.fmi.values import alias_notes, start_notes
 from master.system.config import Compare, Config, PhaseLead
 from master.system.graph import System
 from master.system.grid import Grid
 from master.system.inputs import MeasuredInputs
 from master.system.scenario import Scenario
+from master.text.signal_name import SignalName
 
 DIVERGENCE_FACTOR = 100.0
 _MOST_NOTES = 20  # about the start values of one FMU
@@ -59,6 +60,16 @@ class Experiment:
         return self.config.compare
 
     @property
+    def compare_in_fmus(self) -> Compare | None:
+        """Those signals, outputs of the whole system as the FMU's outputs that they come from."""
+        compare = self.config.compare
+        if compare is None:
+            return None
+        source = {w.target.name: w.source.name for w in self.system.outlets}
+        named = {key: SignalName(source[v]) for key, v in compare.model_dump().items() if v in source}
+        return compare.model_copy(update=named)
+
+    @property
     def phase_lead(self) -> PhaseLead | None:
         """Phase lead that is to be designed before a run."""
         return self.config.dpdc
@@ -85,17 +96,21 @@ class Experiment:
         """
         What a user should know before a run.
 
-        These are how the file was read, the algebraic loops that the order does not solve, and start values
-        of the FMUs themselves that break their own rules.
+        These are how the file was read, the algebraic loops that the order does not solve, FMUs that never
+        step, and what breaks the FMUs' own rules: start values, and units of aliases.
         """
         loops = algebraic_loops(self.system, self.schedule)
         notes = [*self.remarks]
         notes += [f"algebraic loop {loop.explain()}" for loop in loops if not loop.is_solved]
         for name, instance in self.system.instances.items():
-            found = start_notes(instance.description, instance.start)
+            interval = self.schedule.every[name]
+            if interval > self.grid.n_ticks:
+                run = f"a run of {self.grid.n_ticks}"
+                notes.append(f"{name} is never stepped, got a step every {interval} ticks in {run}")
+            found = [*start_notes(instance.description, instance.start), *alias_notes(instance.description)]
             notes += [f"{name}.{note}" for note in found[:_MOST_NOTES]]
             if len(found) > _MOST_NOTES:
-                notes.append(f"{name}: {len(found) - _MOST_NOTES} more start values of this kind")
+                notes.append(f"{name}: {len(found) - _MOST_NOTES} more notes of this kind")
         return notes
 
     @property

@@ -73,7 +73,8 @@ class _Compiler:
         self.schedule = schedule
         self.channels = channels
         self.measured = measured
-        outputs = {name: i.description.outputs for name, i in system.instances.items()}
+        self.outlets = system.outlets if read is None else ()
+        outputs = {name: system.read_from(name) for name in system.instances}
         self.read: Mapping[str, Sequence[Variable]] = outputs if read is None else read
         self.number_of = {name: i for i, name in enumerate(system.instances)}
         self.interfaces = {name: slaves[name].interface() for name in system.instances}
@@ -100,13 +101,18 @@ class _Compiler:
 
     def build(self) -> Program:
         """Emit all groups."""
+        faults = self.schedule.event_faults(self.system, self.channels)
+        if faults:
+            raise ConfigError([f"events: {fault}" for fault in faults])
         self._allocate()
         for group in self.schedule.groups:
             group.emit(self, self.schedule.every)
+        for wire in self.outlets:
+            self._let_out(wire)
         return Program(
             memory=self._memory(),
             place=self.placed,
-            names=list(self.system.instances),
+            slaves=[(name, interface.version) for name, interface in self.interfaces.items()],
             loop_wires=self.loop_wires,
             channel_of=self.channel_of,
             keep_alive=self.references,
@@ -126,18 +132,35 @@ class _Compiler:
             self._add(Operation.KEEP, 1, source, target, self._cells(wire.delay), wire.delay)
             source = target
             every = 1
-        if not wire.conversion.is_affine:
-            self._add(Operation.MAP, every, source, target, len(self.maps), len(wire.conversion.table))
-            self.maps += wire.conversion.table
-            source = target
-        if source != target or wire.conversion.is_scaled:
-            self.copy(source, target, every, wire)
+        self._convert(wire, source, target, every)
         if has_channel:
             self.copy(target, self.arrived(wire), every)
             self._channel(wire.target.name, target)
         if wire.extrapolation:
             cells = self._cells(wire.extrapolation)
             self._add(Operation.EXTRAPOLATE, rate, target, wire.extrapolation, cells)
+
+    def _convert(self, wire: Wire, source: int, target: int, every: int) -> None:
+        if not wire.conversion.is_affine:
+            self._add(Operation.MAP, every, source, target, len(self.maps), len(wire.conversion.table))
+            self.maps += wire.conversion.table
+            source = target
+        if source != target or wire.conversion.is_scaled:
+            self.copy(source, target, every, wire)
+
+    def _let_out(self, wire: Wire) -> None:
+        """Let an output of the whole system have the value of its source after each tick."""
+        name, source = wire.target.name, self.placed.get(wire.source.name)
+        if source is not None and wire.conversion.is_identity:
+            self.placed[name] = source
+            return
+        target = self.places(name, 1)
+        if source is None:  # an input of the system: from a recording, or held until an event
+            if name in self.measured:
+                self.feeds.append([target, self.measured[name]])
+                self._add(Operation.FEED, 1, len(self.feeds) - 1, len(self.feeds))
+            return
+        self._convert(wire, source, target, 1)
 
     def feed(self, instance: str, every: int) -> Mapping[str, int]:
         """Copy measured values to the inputs that have any; give these and their places."""
@@ -152,14 +175,6 @@ class _Compiler:
         """Step from `back` ticks before the end of the tick over `length` ticks; `every` if None."""
         back = every if back is None else back
         self._add(Operation.STEP, every, self.number_of[instance], back, every if length is None else length)
-
-    def refuse_faults(self, wires: Sequence[Wire], why: str) -> None:
-        """Raise ConfigError if events act on one of the wires."""
-        found = [w.target.name for w in wires if w.target.name in self.channels]
-        if found:
-            raise ConfigError(
-                [f"events: {name} {why}, got a fault on it, expected it elsewhere" for name in found]
-            )
 
     def save(self, instance: str, every: int) -> None:
         """Save the state of an instance."""
@@ -236,19 +251,14 @@ class _Compiler:
             residuals=_table(self.residuals, RESIDUAL_WIDTH),
             tolerances=np.array(self.tolerances, dtype=np.float64),
             channels=np.zeros((len(self.channel_of), len(Channel))),
-            position=self._position(),
+            position=np.asarray(position.current().cells),
         )
-
-    def _position(self) -> NDArray[np.float64]:
-        """Cells in which the run writes where it is."""
-        present = position.current()
-        present.slaves = [(name, interface.version) for name, interface in self.interfaces.items()]
-        return np.asarray(present.cells)
 
     def _slave(self, name: str) -> list[int]:
         interface = self.interfaces[name]
         called = [interface.component, interface.version, interface.do_step]
-        return [*called, *self.inputs[name], *self.outputs[name]]
+        may_change_float_mode = not self.system.instances[name].description.keeps_float_mode
+        return [*called, *self.inputs[name], *self.outputs[name], may_change_float_mode]
 
     def _allocate(self) -> None:
         """Outputs first: a row of the result is then read from neighbouring places."""

@@ -19,9 +19,10 @@ from pydantic import (
 
 from master.coupling.methods.catalogue import OrderEntry
 from master.errors import ConfigError, Problem
+from master.fmi.units import Unit
 from master.text.fields import (
     Finite,
-    GivenValue,
+    GivenSetting,
     InstanceName,
     Integer,
     Name,
@@ -81,6 +82,23 @@ class Connection(Section):
     tolerance: Positive | None = None
 
 
+class SystemConnector(Section):
+    """
+    An input, a parameter or an output of the whole system; connections lead from it or to it as to an FMU.
+
+    `unit` converts as that of an FMU's variable, `items` are those of an enumeration, `shape` the lengths of
+    an array along each dimension. `start` is the value of an input or a parameter; where it is not given,
+    the FMUs keep theirs.
+    """
+
+    kind: Literal["input", "parameter", "output"] = Field(examples=["output"])
+    type: Literal["real", "integer", "boolean", "string"] = "real"
+    unit: str | None = None
+    items: Annotated[dict[str, Integer], OrEmpty] = {}
+    shape: list[Annotated[Integer, Field(ge=1)]] = []
+    start: GivenSetting | None = None
+
+
 class Coupling(Section):
     """The order in which the FMUs step; the methods of `master/coupling/methods` say how it is written."""
 
@@ -104,7 +122,7 @@ class Event(Section):
     at: Finite | None = None
     when: str | None = None
     duration: Seconds | None = Field(None, alias="for")
-    set: Annotated[dict[SignalKey, GivenValue], OrEmpty] = {}
+    set: Annotated[dict[SignalKey, GivenSetting], OrEmpty] = {}
     freeze: list[Signal] = Field([], json_schema_extra=ONE_OR_MORE)
     drop: list[Signal] = Field([], json_schema_extra=ONE_OR_MORE)
     offset: Annotated[dict[SignalKey, Finite], OrEmpty] = {}
@@ -187,6 +205,7 @@ class Config(Section):
     ]
     coupling: Coupling = Coupling()
     connections: list[Connection] = []
+    connectors: dict[SignalKey, SystemConnector] = {}
     variants: dict[Name, Variant] = {}
     compare: Compare | None = None
     dpdc: PhaseLead | None = None
@@ -240,6 +259,8 @@ class LoadedConfig:
 
     `problems` are faults of the file; with any of them, `config` is what is left without them.
     `is_designed`: the values that a design (`dpdc: {design: auto}`) gives are among its values already.
+    `units` are those that the file itself defines for connectors of the system, by the connector; `files` are
+    recordings that were unpacked from it, by the name that `inputs` has for them.
     """
 
     config: Config
@@ -247,6 +268,8 @@ class LoadedConfig:
     problems: list[Problem] = field(default_factory=list)
     notes: tuple[str, ...] = ()
     is_designed: bool = False
+    units: Mapping[str, Unit] = field(default_factory=dict)
+    files: Mapping[str, Path] = field(default_factory=dict)
 
     @property
     def folder(self) -> Path:

@@ -172,14 +172,6 @@ def test_explain_prints_the_input(write):
     assert {"stimulus.csv: F"} <= {c["from"] for c in json.loads(result.stdout)["connections"]}
 
 
-def test_an_archive_that_cannot_hold_a_recording_is_refused(write, tmp_path):
-    result = CliRunner().invoke(main, ["export-ssp", str(write()), "--output", str(tmp_path / "a.ssp")])
-
-    assert result.exit_code == 2
-    assert "b.u: cannot be written as SSP, got the recording stimulus.csv: F" in result.output
-    assert not (tmp_path / "a.ssp").exists()
-
-
 def test_an_analysis_says_that_inputs_keep_their_first_values(write, bay):
     found = Linearisation(prepare(write()), factory=bay.factory)
 
