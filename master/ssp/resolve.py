@@ -137,8 +137,9 @@ class _Flat:
         self._order_wires()
         self._note_unused_recordings()
         fmus = {self.names[path]: self._fmu(path, leaf) for path, leaf in self.network.leaves.items()}
-        if self.problems:
-            raise ConfigError(dict.fromkeys(self.problems))
+        problems = [*self.problems, *self.network.problems]  # following a path may find a circle
+        if problems:
+            raise ConfigError(dict.fromkeys(problems))
         renamed = [
             f"{'.'.join(path)!r} is called {name!r} here"
             for path, name in self.names.items()
