@@ -28,6 +28,8 @@ def _inner(annotation: Any, key: str | int) -> Any:
             return arguments[1]
         if origin in (list, tuple) and isinstance(key, int):
             return arguments[min(key, len(arguments) - 1)]
+        if origin is list:  # one entry that is written without the list
+            return _inner(arguments[0], key)
     return None
 
 
