@@ -11,7 +11,7 @@ from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from master.errors import ConfigError
 from master.text.printable import printable
 
-from .common import JSON, answers_errors, print_json, say
+from .common import JSON, answers_errors, calls_fmus, print_json, say
 from .console import STDERR
 
 
@@ -20,6 +20,7 @@ from .console import STDERR
 @click.option("--output", type=click.Path(path_type=Path), help="Folder of the results.")
 @JSON
 @answers_errors
+@calls_fmus
 def diagnose(case: Path, output: Path | None, as_json: bool) -> None:
     """Say what the model of CASE lacks, add it, and show the error before and after."""
     try:

@@ -195,8 +195,6 @@ def _component_type(network: Network, component: Component, connector: Connector
         network.problems.append(
             f"{connector.where}: kind differs from the FMU's, got {connector.kind}, expected {causality}"
         )
-    other_shape = shape_fault(connector, shape_of(fmu, name), f"of {fmu.model_name}")
-    network.problems += [] if other_shape is None else [other_shape]
     found = type_of(variable, connector)
     if declared is None:
         return found

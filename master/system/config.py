@@ -23,7 +23,6 @@ from master.fmi.units import Unit
 from master.text.fields import (
     Finite,
     GivenSetting,
-    GivenValue,
     InstanceName,
     Integer,
     Name,
@@ -122,7 +121,7 @@ class Event(Section):
     at: Finite | None = None
     when: str | None = None
     duration: Seconds | None = Field(None, alias="for")
-    set: Annotated[dict[SignalKey, GivenValue], OrEmpty] = {}
+    set: Annotated[dict[SignalKey, GivenSetting], OrEmpty] = {}
     freeze: list[Signal] = []
     drop: list[Signal] = []
     offset: Annotated[dict[SignalKey, Finite], OrEmpty] = {}

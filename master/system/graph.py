@@ -8,6 +8,7 @@ from functools import cached_property
 
 from master.errors import ConfigError, Problem, nearest
 from master.fmi.description import Description, Kind, Variable
+from master.fmi.structure import with_structure
 from master.fmi.units import Conversion, conversion
 from master.fmi.values import settable
 from master.text.scalar import Setting
@@ -159,6 +160,7 @@ def join(
 ) -> tuple[System, list[str]]:
     """Join as `build_system` does, and return what is right with the faults of the rest."""
     problems: list[str] = []
+    descriptions = _with_structures(loaded, descriptions, overrides, problems)
     connectors = described_connectors(loaded, descriptions, problems)
     described = {**descriptions, **connectors}
     wires = _wires(loaded, described, connectors, problems)
@@ -220,6 +222,13 @@ class _Joined:
         """Make one whose values may change without changing these."""
         return replace(self, instances=dict(self.instances), given=dict(self.given), held=dict(self.held))
 
+    def restructure(self, name: str, values: Mapping[str, Setting]) -> None:
+        """Give the arrays of an FMU the sizes that values ask for; ConfigError if they cannot be had."""
+        instance = self.instances.get(name)
+        if instance is not None:
+            structured = with_structure(instance.description, values)
+            self.instances[name] = replace(instance, description=structured)
+
     def set(self, signal: str, value: Setting) -> str | None:
         """Set one value over those of the file; return what is wrong with it."""
         name, key = SignalName(signal).parts
@@ -263,6 +272,27 @@ def handed(wire: Wire, value: float | str) -> float | str:
     return value if is_kept else wire.conversion.of(float(value))
 
 
+def _with_structures(
+    loaded: LoadedConfig,
+    descriptions: Descriptions,
+    overrides: Mapping[str, tuple[str, Setting]],
+    problems: list[str],
+) -> Descriptions:
+    """Give arrays the sizes that the values of structural parameters ask for."""
+    found = dict(descriptions)
+    changed = {SignalName(signal): value for signal, (_, value) in overrides.items()}
+    for name, d in descriptions.items():
+        if d is None or not any(v.is_structural for v in d.variables):
+            continue
+        entry = loaded.config.fmus[name]
+        own = {signal.variable: value for signal, value in changed.items() if signal.instance == name}
+        try:
+            found[name] = with_structure(d, {**entry.start, **entry.parameters, **own})
+        except ConfigError as error:
+            problems += [problem.at(loaded.where("fmus", name)) for problem in error.problems]
+    return found
+
+
 def _start(
     loaded: LoadedConfig, name: str, d: Description, connected: set[str], problems: list[str]
 ) -> dict[str, float | str]:
@@ -289,15 +319,21 @@ def _start(
 
 
 def _variant_faults(loaded: LoadedConfig, joined: _Joined) -> list[str]:
-    """Faults of all variants, chosen or not."""
-    entries = (
-        (loaded.where("variants", variant, name, key), f"{name}.{key}", value)
-        for variant, fmus in loaded.config.variants.items()
-        for name, values in fmus.items()
-        for key, value in values.items()
-    )
-    faults = ((where, joined.copy().set(signal, value)) for where, signal, value in entries)
-    return [f"{where}: {fault}" for where, fault in faults if fault is not None]
+    """Faults of all variants, chosen or not; a variant may give arrays other sizes."""
+    faults: list[str] = []
+    for variant, fmus in loaded.config.variants.items():
+        for name, values in fmus.items():
+            own = joined.copy()
+            try:
+                own.restructure(name, values)
+            except ConfigError as error:
+                faults += [p.at(loaded.where("variants", variant, name)) for p in error.problems]
+                continue
+            for key, value in values.items():
+                fault = own.set(f"{name}.{key}", value)
+                if fault is not None:
+                    faults.append(f"{loaded.where('variants', variant, name, key)}: {fault}")
+    return faults
 
 
 def _wires(
