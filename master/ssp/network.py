@@ -31,7 +31,7 @@ class Point:
     """
     A connector by the path of its owner from the outermost system, which has the empty path.
 
-    A dictionary's reference has two for each connector, `side` in and out, and so many references share the
+    A dictionary's reference has two for each connector, `side` in and out, and several references share the
     one point of an entry, `side` dictionary.
     """
 
