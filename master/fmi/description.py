@@ -12,6 +12,8 @@ from . import value_types
 from .linearity import DeclaredLearning, DeclaredLinear
 from .units import Unit
 
+_OWN_TOOL = "dockloop (native flavour)"
+
 
 class Kind(Enum):
     """What sort of value a variable takes."""
@@ -115,6 +117,7 @@ class Description:
     model_identifier: str
     token: str
     variables: tuple[Variable, ...]
+    tool: str = ""
     delays: tuple[DeclaredDelay, ...] = ()
     can_get_and_set_state: bool = False
     needs_execution_tool: bool = False
@@ -127,6 +130,11 @@ class Description:
     influences: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     linear: tuple[DeclaredLinear, ...] = ()
     learning: tuple[DeclaredLearning, ...] = ()
+
+    @property
+    def keeps_float_mode(self) -> bool:
+        """Whether its code is of this project, which never changes the processor's floating-point mode."""
+        return self.tool == _OWN_TOOL
 
     @property
     def version(self) -> int:

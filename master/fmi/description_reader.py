@@ -141,6 +141,7 @@ class DescriptionReader:
             model_identifier=interface.get("modelIdentifier", ""),
             token=root.get("guid" if is_2 else "instantiationToken", ""),
             variables=_with_aliases([v for d in declared for v in d.parts]),
+            tool=root.get("generationTool", ""),
             delays=tuple(self._delays(root)),
             can_get_and_set_state=self._flag(
                 interface, "canGetAndSetFMUstate" if is_2 else "canGetAndSetFMUState"

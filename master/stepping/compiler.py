@@ -237,7 +237,8 @@ class _Compiler:
     def _slave(self, name: str) -> list[int]:
         interface = self.interfaces[name]
         called = [interface.component, interface.version, interface.do_step]
-        return [*called, *self.inputs[name], *self.outputs[name]]
+        may_change_float_mode = not self.system.instances[name].description.keeps_float_mode
+        return [*called, *self.inputs[name], *self.outputs[name], may_change_float_mode]
 
     def _allocate(self) -> None:
         """Outputs first: a row of the result is then read from neighbouring places."""

@@ -71,7 +71,7 @@ COPY, FEED, STEP, KEEP, COLLECT, EXTRAPOLATE, CHANNEL, MAP, SAVE, RESTORE, CHECK
 # Cells of a row, see `Memory`.
 OPERATION_WIDTH = 6
 BLOCK_WIDTH = 6
-SLAVE_WIDTH = 7
+SLAVE_WIDTH = 8
 COPY_WIDTH = 3
 FEED_WIDTH = 2
 CONVERSION_WIDTH = 2
@@ -86,7 +86,8 @@ class Memory(NamedTuple):
 
     `operations`: [code, every, a, b, c, d], see the table of this module
     `blocks`: [setter or getter, address of the references, n, n values, type, first place in values]
-    `slaves`: [component, FMI version, do_step, first block to set, after the last, first to get, after]
+    `slaves`: [component, FMI version, do_step, first block to set, after the last, first to get, after,
+              may change the floating-point mode]
     `copies`: [source, target, conversion]
     `conversions`: [factor, offset]
     `maps`: [value, what MAP puts in its place]
