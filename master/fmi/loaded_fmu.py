@@ -119,7 +119,7 @@ class FmuSlave:
         except Exception as error:  # FMPy: FMICallException with a status
             status = getattr(error, "status", None)
             what = str(error) if status is None else f"{function} answered with {described(status)}"
-            self._note(Status.ERROR if status is None else status, "at the end", what)
+            self._note(Status.ERROR if status is None else status, messages.AT_THE_END, what)
             return Status.ERROR if status is None else status
         finally:
             self._leave()

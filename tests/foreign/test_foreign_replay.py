@@ -55,7 +55,7 @@ LAGGING = CASE.replace("[fit, select, sealed]", "[fit, select, fit, select, seal
 def diagnosed(folder, given, noise, lag):
     """The verdict on y[k] = u[k - lag] + noise, for an FMU whose output is its input."""
     generator = np.random.default_rng(5)
-    u = np.cumsum(generator.standard_normal(3000))
+    u = np.cumsum(generator.standard_normal(1200))
     y = u[1 - lag : len(u) - lag] + noise * generator.standard_normal(len(u) - 1)
     pairs = np.column_stack([u[1:], y]).tolist()
     rows = "".join(f"{0.1 * i:.1f},{a!r},{b!r}\n" for i, (a, b) in enumerate(pairs))
@@ -65,10 +65,18 @@ def diagnosed(folder, given, noise, lag):
         return verdict(diagnosis), sentence(diagnosis), dict(diagnosis.main.changed_rows)
 
 
-@pytest.mark.parametrize("noise", [0.0, 0.01])
-@pytest.mark.parametrize("dependencies", ["", 'dependencies="1"', 'dependencies=""'])
-@pytest.mark.parametrize("lag", [0, 1])
-def test_a_lag_of_one_row_is_found_and_named_whatever_the_fmu_says(fmu, tmp_path, dependencies, noise, lag):
+@pytest.mark.parametrize(
+    ("dependencies", "lag", "noise"),
+    [
+        ("", 0, 0.0),
+        ("", 1, 0.0),
+        ("", 1, 0.01),
+        ('dependencies="1"', 1, 0.0),
+        ('dependencies=""', 0, 0.0),
+        ('dependencies=""', 1, 0.0),
+    ],
+)
+def test_a_lag_of_one_row_is_found_and_named_whatever_the_fmu_says(fmu, tmp_path, dependencies, lag, noise):
     fmu("2.0", structured(dependencies))
     found, said, changed = diagnosed(tmp_path, "u", noise, lag)
     row = "start" if lag else "end"
