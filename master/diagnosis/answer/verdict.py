@@ -57,7 +57,16 @@ def sentence(diagnosis: Diagnosis) -> str:
         PARAMETERS: "Parameters only: the model holds with other numbers.",
         NOTHING: "Nothing missing: what is left depends on none of the signals.",
     }
-    return texts[verdict(diagnosis)]
+    return texts[verdict(diagnosis)] + _rows(diagnosis)
+
+
+def _rows(diagnosis: Diagnosis) -> str:
+    """Inputs that are taken from another row than the FMUs' descriptions lead to."""
+    changed = {name: row for part in diagnosis.parts for name, row in part.changed_rows.items()}
+    if not changed:
+        return ""
+    listed_rows = ", ".join(f"{name} at the {row} of each step" for name, row in changed.items())
+    return f" Measured inputs one row off from what the FMU says: {listed_rows}."
 
 
 def _certain(main: PartResult) -> str:
@@ -87,6 +96,13 @@ def as_dict(diagnosis: Diagnosis, sealed: Mapping[str, SealedPart], files: list[
             {"family": list(f), "experiment": experiment(f)} for p in diagnosis.parts for f in p.families
         ],
         "parameters": {k: v for p in diagnosis.parts for k, v in _parameters(p).items()},
+        "input_rows": {
+            f"{fmu}.{variable}": given.row
+            for part in diagnosis.parts
+            for fmu, own in part.study.bench.part.inputs.items()
+            for variable, given in own.items()
+        },
+        "changed_rows": {name: row for p in diagnosis.parts for name, row in p.changed_rows.items()},
         "residual": {p.name: _residual(p) for p in diagnosis.parts},
         "files": files,
     }

@@ -23,7 +23,8 @@ class PartResult:
 
     `nominal` is the prediction with the values of the system, shape (rows, outputs). `chosen` and `fit` are
     the model with effects, also where they are not named; `is_named` says whether the effects carry their
-    names. `is_exact`: the replay gives the measurement but for rounding.
+    names. `is_exact`: the replay gives the measurement but for rounding. `changed_rows`: inputs that are
+    taken from another row than the FMU's description leads to, with that row.
     """
 
     study: Study
@@ -43,6 +44,7 @@ class PartResult:
     drifts: tuple[Drift, ...] = ()
     moved: Mapping[str, float] = field(default_factory=dict)
     parameter_gain: bool = False
+    changed_rows: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def name(self) -> str:
