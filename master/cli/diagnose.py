@@ -8,7 +8,7 @@ from typing import Any
 import click
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
-from master.errors import ConfigError
+from master.installation import require_native
 from master.text.printable import printable
 
 from .common import JSON, answers_errors, calls_fmus, print_json, say
@@ -23,10 +23,9 @@ from .console import STDERR
 @calls_fmus
 def diagnose(case: Path, output: Path | None, as_json: bool) -> None:
     """Say what the model of CASE lacks, add it, and show the error before and after."""
-    try:
-        from master.diagnosis.answer.answer import answer
-    except ImportError as error:
-        raise ConfigError([f"diagnose: got no {error.name}, expected pip install -e '.[native]'"]) from None
+    require_native("diagnose")
+    from master.diagnosis.answer.answer import answer
+
     folder = output or Path("results") / "diagnosis" / case.stem
     columns = (SpinnerColumn(), TextColumn("{task.description}", markup=False), TimeElapsedColumn())
     with Progress(*columns, console=STDERR, transient=True) as bar:

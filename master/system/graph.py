@@ -325,14 +325,7 @@ def _variant_faults(loaded: LoadedConfig, joined: _Joined) -> list[str]:
         for name, values in fmus.items():
             own = joined.copy()
             try:
-<<<<<<< HEAD
                 own.restructure(name, values)
-=======
-                if name in own.instances:
-                    instance = own.instances[name]
-                    resized = with_structure(instance.description, values)
-                    own.instances[name] = replace(instance, description=resized)
->>>>>>> main
             except ConfigError as error:
                 faults += [p.at(loaded.where("variants", variant, name)) for p in error.problems]
                 continue
