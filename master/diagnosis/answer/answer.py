@@ -11,12 +11,11 @@ from master.diagnosis.answer.report.panels import panels
 from master.diagnosis.case.case import read_case
 from master.diagnosis.judge.diagnose import Diagnosis, diagnose
 from master.diagnosis.search.study import Progress
-from master.experiment.prepare import prepare
 from master.fmi.description_reader import read_description
 from master.recording.whole_file import write_whole
 
 from .before_after import sealed
-from .corrected_fmus import Corrected, correct
+from .corrected_fmus import Corrected, confirmed, correct
 from .verdict import as_dict
 
 
@@ -33,9 +32,9 @@ def answer(path: Path, folder: Path, progress: Progress) -> dict[str, Any]:
     with diagnose(read_case(path), progress) as diagnosis:
         progress("models with effects are written")
         corrected = correct(diagnosis, folder)
-        prepare(corrected.system)
         progress("sealed rows are read, once")
         parts = sealed(diagnosis, corrected.native)
+        corrected = confirmed(diagnosis, corrected, parts, folder)
         progress("report is drawn")
         drawn = panels(diagnosis, parts, folder / "panels")
         files = [*corrected.files, *(p.file for p in drawn), folder / "report.html", folder / "report.json"]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,9 +14,12 @@ from master import catalogue
 from master.diagnosis.case.cut import CutSystem
 from master.diagnosis.judge.diagnose import Diagnosis
 from master.diagnosis.replay.placed_effect import source_with
+from master.experiment.prepare import prepare
 from master.recording.whole_file import write_whole
 from master.text.signal_name import SignalName
 from master.text.yaml_lines import write_yaml
+
+from .before_after import SealedPart
 
 FLAVOURS = ("native", "python")
 HEAD = "# {name} with what the recording asks for; written by `dockloop diagnose`.\n"
@@ -53,6 +57,22 @@ def correct(diagnosis: Diagnosis, folder: Path) -> Corrected:
     text += write_yaml(_document(diagnosis, sources, folder))
     write_whole(path, text)
     return Corrected(native, (*files, path), path)
+
+
+def confirmed(
+    diagnosis: Diagnosis, corrected: Corrected, sealed: Mapping[str, SealedPart], folder: Path
+) -> Corrected:
+    """Take back what the sealed rows do not confirm, and prepare what is left as a system that runs."""
+    unconfirmed = [p for p in diagnosis.parts if p.has_effect and not sealed[p.name].is_confirmed]
+    if not unconfirmed:
+        prepare(corrected.system)
+        return corrected
+    for file in corrected.files:
+        file.unlink()
+    for flavour in FLAVOURS:
+        with suppress(OSError):
+            (folder / flavour).rmdir()
+    return Corrected({}, (), corrected.system)
 
 
 def corrected_values(diagnosis: Diagnosis) -> dict[str, dict[str, float]]:

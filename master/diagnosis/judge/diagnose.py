@@ -1,4 +1,4 @@
-"""From a case to what each part lacks: localise, refit, detect, ceiling, rank, name or learn."""
+"""From a case to what each part lacks: localise, refit, judge, rank, name or learn, judge again."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from types import TracebackType
 
 import numpy as np
 
+from master.diagnosis.adequacy.channels import Judge
 from master.diagnosis.case.case import Case, LoadedCase
 from master.diagnosis.case.cut import CutSystem
 from master.diagnosis.case.split import (
@@ -36,6 +37,8 @@ from .named_or_learned import named_or_learned
 from .part_result import PartResult
 from .plausible import implausible
 from .refit import refitted
+from .software_fault import is_software, software_fault
+from .stages import REFIT, Stage
 
 N_BLOCKS = 12  # that select
 MOVED = 3.0  # standard deviations: a parameter that differs from the system's value
@@ -157,15 +160,28 @@ def _searched(begun: PartResult, system: CutSystem, case: Case) -> PartResult:
     if begun.is_exact:
         return begun
     study = begun.study
+    if is_software(study):
+        fault = software_fault(study, begun.base.values, begun.base.predicted)
+        if fault is not None and fault.is_exact:
+            judge = Judge(study, begun.base.values, begun.base.predicted)
+            refit = Stage(REFIT, judge.judge(begun.base.predicted, thorough=False))
+            return replace(begun, stages=(refit,), software_fault=fault)
+        begun = replace(begun, software_fault=fault)
     effects = candidates(system, study.bench.part, case.slots)
-    result = detect(begun)
+    study.say("what is left, and what still predicts it")
+    judge = Judge(study, begun.base.values, begun.base.predicted)
+    refit = Stage(REFIT, judge.judge(begun.base.predicted))
+    result = replace(detect(begun), stages=(refit,))
     if effects:
         places = sorted({e.place for e in effects})
         named = with_rewritings(study, search(study, begun.base, effects), effects)
-        result = named_or_learned(result, named, places)
-    elif result.ceiling is not None and result.ceiling.is_structure:
-        result = replace(result, has_remainder=True)
-    return refitted(_parameters(result))
+        result = named_or_learned(result, named, places, judge)
+    result = refitted(_parameters(result))
+    if not result.has_effect:
+        return result
+    study.say("what is left after the effects")
+    final = Stage(result.chosen.name, judge.judge(result.fit.predicted))
+    return replace(result, stages=(*result.stages, final))
 
 
 def _parameters(result: PartResult) -> PartResult:

@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from master.diagnosis.numerics.arrays import Array, Mask
-from master.diagnosis.numerics.ceiling import Ceiling
 from master.diagnosis.numerics.drift import Drift
 from master.diagnosis.numerics.least_squares import Fit
 from master.diagnosis.numerics.whiteness import Correlation
@@ -14,6 +13,17 @@ from master.diagnosis.search.extended_model import ExtendedModel
 from master.diagnosis.search.rounds import SearchResult
 from master.diagnosis.search.study import Study
 from master.diagnosis.unnamed_law.learn import LearnedLaw
+
+from .software_fault import SoftwareFault
+from .stages import Stage
+
+
+@dataclass(frozen=True)
+class WithoutEffect:
+    """A model that lacks one of several effects, fitted on the same rows."""
+
+    model: ExtendedModel
+    fit: Fit
 
 
 @dataclass(frozen=True)
@@ -23,7 +33,8 @@ class PartResult:
 
     `nominal` is the prediction with the values of the system, shape (rows, outputs). `chosen` and `fit` are
     the model with effects, also where they are not named; `is_named` says whether the effects carry their
-    names. `is_exact`: the replay gives the measurement but for rounding.
+    names. `is_exact`: the replay gives the measurement but for rounding. `stages` judge the refit and
+    each model after it. `without` holds, by effect, the model that lacks it alone, fitted again.
     """
 
     study: Study
@@ -36,8 +47,9 @@ class PartResult:
     has_remainder: bool = False
     search: SearchResult | None = None
     learned: LearnedLaw | None = None
-    ceiling: Ceiling | None = None
-    ceiling_after: Ceiling | None = None
+    stages: tuple[Stage, ...] = ()
+    software_fault: SoftwareFault | None = None
+    without: Mapping[str, WithoutEffect] = field(default_factory=dict)
     correlations: tuple[Correlation, ...] = ()
     whiteness: float = 1.0
     drifts: tuple[Drift, ...] = ()
@@ -83,6 +95,11 @@ class PartResult:
     def has_effect(self) -> bool:
         """Whether an effect is claimed, with a name or without."""
         return bool(self.chosen.effects)
+
+    @property
+    def final(self) -> Stage:
+        """The last stage."""
+        return self.stages[-1]
 
     @property
     def families(self) -> list[tuple[str, ...]]:
