@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +27,7 @@ def diagnose(case: Path, output: Path | None, as_json: bool) -> None:
         from master.diagnosis.answer.answer import answer
     except ImportError as error:
         raise ConfigError([f"diagnose: got no {error.name}, expected pip install -e '.[native]'"]) from None
+    begin = time.monotonic()
     folder = output or Path("results") / "diagnosis" / case.stem
     columns = (SpinnerColumn(), TextColumn("{task.description}", markup=False), TimeElapsedColumn())
     with Progress(*columns, console=STDERR, transient=True) as bar:
@@ -33,6 +35,8 @@ def diagnose(case: Path, output: Path | None, as_json: bool) -> None:
 
         def show(text: str) -> None:
             bar.update(task, description=printable(text))
+            if not STDERR.is_terminal:  # a log wants lines
+                say(f"{time.monotonic() - begin:8.1f} s  {text}", err=True)
 
         report = answer(case, folder, show)
     if as_json:

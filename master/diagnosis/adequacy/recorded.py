@@ -98,7 +98,7 @@ class Recorded:
         def one(v: Array) -> Array:
             window = min(WINDOW, len(v) - 1 + len(v) % 2)
             smoothed = savgol_filter(v, window, min(ORDER, window - 1), deriv=1, delta=period)
-            return np.asarray(smoothed, dtype=float)
+            return smoothed.astype(np.float64)
 
         return self._each(one, values)
 

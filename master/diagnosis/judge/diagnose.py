@@ -27,6 +27,7 @@ from master.diagnosis.numerics.gains import gain
 from master.diagnosis.replay.candidate_models import ModelPool, candidates
 from master.diagnosis.replay.replay_bench import ReplayBench
 from master.diagnosis.search.extended_model import ExtendedModel
+from master.diagnosis.search.limits import named_by_limits
 from master.diagnosis.search.rounds import search
 from master.diagnosis.search.simplify import with_rewritings
 from master.diagnosis.search.study import Progress, base_parameters, begin
@@ -175,6 +176,7 @@ def _searched(begun: PartResult, system: CutSystem, case: Case) -> PartResult:
     if effects:
         places = sorted({e.place for e in effects})
         named = with_rewritings(study, search(study, begun.base, effects), effects)
+        named = named_by_limits(study, named, effects)
         result = named_or_learned(result, named, places, judge)
     result = refitted(_parameters(result))
     if not result.has_effect:

@@ -14,11 +14,11 @@ from master.diagnosis.numerics.gains import is_accepted
 from master.diagnosis.numerics.least_squares import Fit
 from master.diagnosis.replay.placed_effect import PlacedEffect
 
+from .classes import are_of_a_class
 from .extended_model import ExtendedModel
 from .families import (
     NEAR,
     Ranked,
-    act_alike,
     best_first,
     contains,
     family,
@@ -197,11 +197,14 @@ def _pruned(study: Study, present: _Fitted) -> _Fitted:
 
 
 def _shortlist(tried: Sequence[Screened]) -> list[Screened]:
-    """The most promising; with one that acts like a lag all that do in its slot."""
+    """The most promising, and all members of the class of the best in its slot."""
     best = tried[0].gain if tried else 0.0
     least = max(SMALLEST_PROMISE, SMALLEST_OF_BEST * best)
     kept = [s for i, s in enumerate(tried[:LONGEST_LIST]) if s.gain >= least or i < FEWEST]
-    return kept + [s for s in tried if s not in kept and act_alike(s.model, tried[0].model)]
+    if not tried or best < SMALLEST_PROMISE:
+        return kept
+    first = tried[0].model.effects[-1]
+    return kept + [s for s in tried if s not in kept and are_of_a_class(s.model.effects[-1], first)]
 
 
 def _round(study: Study, before: Fit, promising: Sequence[Screened], n_tried: int) -> Round:
