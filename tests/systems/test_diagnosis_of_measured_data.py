@@ -60,7 +60,7 @@ def test_report_has_the_keys_that_are_promised(emps):
     low, high = report["after"]["axis.force"]["rmse_interval"]
     assert low < report["after"]["axis.force"]["rmse"] < high < report["before"]["axis.force"]["rmse"]
     assert report["ceiling"]["share"] > 0.9
-    assert all(set(r) == {"round", "effect", "gain", "why"} for r in report["runners_up"])
+    assert all(set(r) == {"round", "effect", "gain", "why", "sealed_rmse"} for r in report["runners_up"])
     assert json.loads((folder / "report.json").read_text()) == report
     assert all((folder / name).is_file() for name in report["files"])
 

@@ -15,6 +15,7 @@ from master.diagnosis.search.study import Study
 
 SAME = 0.9999  # correlation of two signals that are one
 MOST_SIGNALS = 14
+MOST_SHAKING = 2  # signals that are passed through resonators
 WINDOW = 21  # samples, of the polynomial that gives a rate
 ORDER = 3  # of that polynomial
 TIMES = (3.0, 10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0)  # samples, of leaky integrals
@@ -60,7 +61,7 @@ class Recorded:
         rates = {n: self.rate(v) for n, v in self.driving.items()}
         self._keep(kept, {f"second rate of {n}": self.rate(v) for n, v in rates.items()})
         self._keep(kept, {f"rate of {n}": v for n, v in rates.items()})
-        return kept
+        return dict(list(kept.items())[:MOST_SHAKING])
 
     @cached_property
     def linear(self) -> Array:
@@ -98,7 +99,7 @@ class Recorded:
         def one(v: Array) -> Array:
             window = min(WINDOW, len(v) - 1 + len(v) % 2)
             smoothed = savgol_filter(v, window, min(ORDER, window - 1), deriv=1, delta=period)
-            return smoothed.astype(np.float64)
+            return np.array(smoothed, dtype=np.float64)
 
         return self._each(one, values)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -15,7 +15,7 @@ from master.diagnosis.case.cut import CutPart, CutSystem
 from master.diagnosis.case.split import Stretch
 from master.diagnosis.judge.diagnose import Diagnosis
 from master.diagnosis.judge.part_result import PartResult
-from master.diagnosis.numerics.arrays import Array
+from master.diagnosis.numerics.arrays import Array, Integers
 from master.diagnosis.numerics.error_measures import Errors, errors
 from master.diagnosis.numerics.sealed_gain import SealedGain, sealed_gain
 from master.diagnosis.replay.candidate_models import links
@@ -29,7 +29,8 @@ class SealedPart:
     """
     Sealed rows of one part: time [s], shape (rows,), the others (rows, outputs).
 
-    `gains` is what each effect takes away by itself, `gain` what all do over the refit and over the
+    `gains` is what each effect takes away by itself, `rivals` is the rms that every
+    fitted effect leaves, by signal, `gain` what all take over the refit and over the
     nominal model. `failure` says why a replay ended early, None if none did.
     """
 
@@ -40,6 +41,7 @@ class SealedPart:
     after: Array
     nominal: Array
     gains: Mapping[str, SealedGain | None] = field(default_factory=dict)
+    rivals: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     failure: str | None = None
 
     @property
@@ -133,7 +135,23 @@ def _one(
             player = result.study.pool.player(less.model.effects)
             without = bench.predict(player, merged(system.values, values))[rows]
         gains[name] = sealed_gain(measured, without, own.after, own.scale)
-    return replace(own, gains=gains)
+    return replace(own, gains=gains, rivals=_rivals(result, bench, rows, own.part.compared))
+
+
+def _rivals(
+    result: PartResult, bench: ReplayBench, rows: Integers, signals: Iterable[str]
+) -> dict[str, dict[str, float]]:
+    """Sealed rms that each fitted effect leaves in the model of its round, by effect and signal."""
+    found: dict[str, dict[str, float]] = {}
+    for step in () if result.search is None else result.search.rounds:
+        for r in step.ranked:
+            values = dict(r.model.fixed) | dict(r.gain.fit.values)
+            player = result.study.pool.player(r.model.effects)
+            predicted = bench.predict(player, merged(result.study.system.values, values))[rows]
+            left = np.sqrt(np.mean((predicted - bench.measured[rows]) ** 2, axis=0))
+            if np.isfinite(left).all():
+                found[r.name] = dict(zip(signals, left.tolist(), strict=True))
+    return found
 
 
 def _bench(diagnosis: Diagnosis, result: PartResult, names: set[str]) -> ReplayBench:

@@ -14,6 +14,8 @@ from master.diagnosis.adequacy.channels import Adequacy
 from master.diagnosis.judge.diagnose import Diagnosis
 from master.diagnosis.judge.part_result import PartResult
 from master.diagnosis.numerics.gains import SMALLEST_GAIN
+from master.diagnosis.replay.placed_effect import PlacedEffect
+from master.diagnosis.search.classes import are_of_a_class, class_of
 from master.diagnosis.search.families import Ranked
 from master.diagnosis.search.simplify import AND
 
@@ -30,7 +32,7 @@ def sentence(diagnosis: Diagnosis, sealed: Mapping[str, SealedPart]) -> str:
     """The verdict for people."""
     parts = [p for p in diagnosis.parts if not p.is_exact]
     found = [c for p in parts for c in claims(p, sealed[p.name])]
-    names = " and ".join(str(c.placed) for c in found if c.status is Status.TRACED)
+    names = " and ".join(_named(c.placed) for c in found if c.status is Status.TRACED)
     classes = "; ".join(" or ".join(f) for p in parts for f in p.families)
     nearest = _nearest(parts, sealed)
     rest = _rest(parts)
@@ -57,8 +59,15 @@ def sentence(diagnosis: Diagnosis, sealed: Mapping[str, SealedPart]) -> str:
         if worse
         else ""
     )
+    channels = "".join(f" {str(f)[0].upper()}{str(f)[1:]}." for p in parts for f in p.channel_faults)
     failed = "".join(f" {name}: {own.failure}." for name, own in sealed.items() if own.failure)
-    return " ".join(texts[kind].split()) + told + failed
+    return " ".join(texts[kind].split()) + channels + told + failed
+
+
+def _named(placed: PlacedEffect) -> str:
+    """An effect; what is added to the output of a sensor is a zero error of its channel."""
+    is_zero = placed.law.constant is not None and placed.slot == "output"
+    return f"{placed} (a zero error of the sensor)" if is_zero else str(placed)
 
 
 def _rest(parts: Sequence[PartResult]) -> str:
@@ -108,7 +117,8 @@ def as_dict(diagnosis: Diagnosis, sealed: Mapping[str, SealedPart], files: list[
         "explained_share": own.explained_share,
         "ceiling": _ceiling(main, own),
         "channels": {c: v for p in diagnosis.parts for c, v in _channels(p).items()},
-        "runners_up": _runners_up(main),
+        "runners_up": _runners_up(main, own),
+        "classes": _classes(main, own),
         "undistinguished": [
             {"family": list(f), "experiment": experiment(f)} for p in diagnosis.parts for f in p.families
         ],
@@ -213,6 +223,11 @@ def _channels(part: PartResult) -> dict[str, Any]:
             "adequate": last.is_adequate,
             "colour": last.colour.words,
             "events": list(last.events),
+            "faults": [
+                {"kind": f.kind, "value": f.value, "deviation": f.deviation, "text": str(f)}
+                for f in part.channel_faults
+                if f.signal == name
+            ],
             "stages": [_stage(stage.name, stage.channels[i]) for stage in part.stages],
         }
     return found
@@ -232,7 +247,34 @@ def _stage(name: str, c: Adequacy) -> dict[str, Any]:
     }
 
 
-def _runners_up(part: PartResult) -> list[dict[str, Any]]:
+def _classes(part: PartResult, sealed: SealedPart) -> list[dict[str, Any]]:
+    """Class of each round's winner, and what every member of it leaves on the sealed rows."""
+    found = []
+    for i, step in enumerate(() if part.search is None else part.search.rounds, start=1):
+        if not step.family:
+            continue
+        first = step.family[0].model.effects[-1]
+        members = [r for r in step.ranked if are_of_a_class(r.model.effects[-1], first) or r in step.family]
+        not_told = [r.name for r in step.family]
+        found.append(
+            {
+                "round": i,
+                "class": class_of(first.law),
+                "members": [
+                    {
+                        "effect": r.name,
+                        "gain": r.gain.mean,
+                        "sealed_rmse": sealed.rivals.get(r.name, {}),
+                        "cannot_be_told": r.name in not_told and len(not_told) > 1,
+                    }
+                    for r in members
+                ],
+            }
+        )
+    return found
+
+
+def _runners_up(part: PartResult, sealed: SealedPart) -> list[dict[str, Any]]:
     """Effects that were fitted and lost; where the answer has no name, the best of each round too."""
     rows = []
     for i, step in enumerate(() if part.search is None else part.search.rounds, start=1):
@@ -244,7 +286,10 @@ def _runners_up(part: PartResult) -> list[dict[str, Any]]:
             why = _why(r, winner, members)
             if r is winner:
                 why = REWRITTEN if part.is_named else UNNAMED
-            rows.append({"round": i, "effect": r.name, "gain": r.gain.mean, "why": why})
+            left = sealed.rivals.get(r.name, {})
+            rows.append(
+                {"round": i, "effect": r.name, "gain": r.gain.mean, "why": why, "sealed_rmse": dict(left)}
+            )
     return rows
 
 

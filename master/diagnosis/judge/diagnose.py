@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 from types import TracebackType
@@ -32,7 +32,9 @@ from master.diagnosis.search.rounds import search
 from master.diagnosis.search.simplify import with_rewritings
 from master.diagnosis.search.study import Progress, base_parameters, begin
 from master.errors import ConfigError, DataError
+from master.text.signal_name import SignalName
 
+from .channel_faults import ChannelFault, channel_faults
 from .evidence import detect
 from .named_or_learned import named_or_learned
 from .part_result import PartResult
@@ -42,6 +44,7 @@ from .software_fault import is_software, software_fault
 from .stages import REFIT, Stage
 
 N_BLOCKS = 12  # that select
+CONTRADICTING = ("sign", "size")  # faults of a channel that are told whatever explains them
 MOVED = 3.0  # standard deviations: a parameter that differs from the system's value
 LEAST_DEVIATION = 1e-12  # of the scale, where a fit is exact
 
@@ -179,11 +182,30 @@ def _searched(begun: PartResult, system: CutSystem, case: Case) -> PartResult:
         named = named_by_limits(study, named, effects)
         result = named_or_learned(result, named, places, judge)
     result = refitted(_parameters(result))
-    if not result.has_effect:
-        return result
-    study.say("what is left after the effects")
-    final = Stage(result.chosen.name, judge.judge(result.fit.predicted))
-    return replace(result, stages=(*result.stages, final))
+    if result.has_effect:
+        study.say("what is left after the effects")
+        final = Stage(result.chosen.name, judge.judge(result.fit.predicted))
+        result = replace(result, stages=(*result.stages, final))
+    return replace(result, channel_faults=tuple(_channel_faults(result)))
+
+
+def _channel_faults(result: PartResult) -> Iterator[ChannelFault]:
+    """Faults of the channels: of the nominal model what contradicts it, of the last one what it leaves."""
+    bench = result.study.bench
+    for i, signal in enumerate(result.outputs):
+        fmu, variable = SignalName(signal).parts
+        unit = result.study.system.descriptions[fmu].by_name[variable].unit_name
+        known = set()
+        for predicted in (result.fit.predicted, result.base.predicted, result.nominal):
+            rows = bench.in_use
+            found = channel_faults(
+                signal, result.measured[rows, i], predicted[rows, i], bench.row_period, unit
+            )
+            for fault in found:
+                is_last = predicted is result.fit.predicted
+                if fault.kind not in known and (is_last or fault.kind in CONTRADICTING):
+                    known.add(fault.kind)
+                    yield fault
 
 
 def _parameters(result: PartResult) -> PartResult:

@@ -81,18 +81,26 @@ class Rivals:
 def named_or_learned(
     result: PartResult, search: SearchResult, places: Sequence[str], judge: Judge
 ) -> PartResult:
-    """Keep the names, add a nonparametric law to them, or put one in their place."""
+    """
+    Keep the names, add a nonparametric law to them, or put one in their place.
+
+    Where nothing recorded predicts what is left, no law is sought: there is none to be found.
+    """
     study = result.study
     if not search.model.effects:
-        law = _alone(study, search.base, places)
         result = replace(result, search=search)
+        if all(c.is_silent for c in result.final.channels):
+            return result
+        law = _alone(study, search.base, places)
         return result if law is None else _undeclared(result, law)
+    named = Stage(search.model.name, judge.judge(search.fit.predicted, thorough=False))
+    if all(c.is_silent for c in named.channels):
+        return replace(result, search=search, chosen=search.model, fit=search.fit)
     in_addition = _accepted(learn(study, search.model, search.fit, places))
     alone = None
     if in_addition is not None or _is_crowded(search) or _leaves_much(study, search):
         alone = _alone(study, search.base, places)
     rivals = Rivals(study, search, alone, in_addition)
-    named = Stage(search.model.name, judge.judge(search.fit.predicted))
     is_steady = in_addition is not None and is_accepted(in_addition.gain, in_addition.n_tried, is_first=False)
     has_remainder = is_steady and 1.0 - rivals.named_share > SMALL_REMAINDER
     if has_remainder or named.is_predictable:

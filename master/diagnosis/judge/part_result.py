@@ -14,6 +14,7 @@ from master.diagnosis.search.rounds import SearchResult
 from master.diagnosis.search.study import Study
 from master.diagnosis.unnamed_law.learn import LearnedLaw
 
+from .channel_faults import ChannelFault
 from .software_fault import SoftwareFault
 from .stages import Stage
 
@@ -49,6 +50,7 @@ class PartResult:
     learned: LearnedLaw | None = None
     stages: tuple[Stage, ...] = ()
     software_fault: SoftwareFault | None = None
+    channel_faults: tuple[ChannelFault, ...] = ()
     without: Mapping[str, WithoutEffect] = field(default_factory=dict)
     correlations: tuple[Correlation, ...] = ()
     whiteness: float = 1.0

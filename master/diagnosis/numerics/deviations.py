@@ -3,9 +3,9 @@ Deviations of fitted numbers that hold where the residual is coloured.
 
     covariance = H^-1 S H^-1,   H = J'J with the priors,   S = sum over blocks of s s',   s = J_b' r_b
 
-with blocks longer than the residual's correlation: neighbouring rows say less than independent ones. The inverse
-of H alone, which takes the residual as white, is several times too small. Few blocks know their own spread badly:
-deviations are widened so that 1.96 of them hold as a t-interval does.
+with blocks longer than the residual's correlation: neighbouring rows say less than independent ones. The
+inverse of H alone, which takes the residual as white, is several times too small. Few blocks know their own
+spread badly: deviations are widened so that 1.96 of them hold as a t-interval does.
 
 Source: White, Econometrica 50 (1982) 1; Newey, West, Econometrica 55 (1987) 703 (dependent rows).
 """

@@ -24,7 +24,7 @@ from .arrays import TINY, Array, Integers
 from .folds import Fold, Folds
 
 RIDGES = np.logspace(-6, 2, 9)  # over the number of rows, for columns of deviation 1
-MOST_ROWS = 8000  # that a regression is fitted on
+MOST_ROWS = 4000  # that a regression is fitted on
 N_TREES = 120
 LEAVES = 15
 FEWEST_IN_LEAF = 60

@@ -62,8 +62,17 @@ def parameters(found: Mapping[str, Mapping[str, Any]], units: Mapping[str, str])
 
 def runners_up(found: Iterable[Mapping[str, Any]]) -> Table:
     """Effects that were fitted and not taken."""
-    rows = [[str(r["round"]), r["effect"], number(r["gain"], 3), r["why"]] for r in found]
-    head = ["round", "effect", "gain [1]", "why it lost"]
+    rows = [
+        [
+            str(r["round"]),
+            r["effect"],
+            number(r["gain"], 3),
+            ", ".join(f"{signal} {number(left, 4)}" for signal, left in r.get("sealed_rmse", {}).items()),
+            r["why"],
+        ]
+        for r in found
+    ]
+    head = ["round", "effect", "gain [1]", "left on the sealed rows, RMSE", "why it lost"]
     return Table(head, rows, (2,), none="No other effect came near.")
 
 

@@ -70,6 +70,7 @@ def diagnosis():
         has_effect=True,
         values={"box.k": 2.0, "box.new": 3.0},
         without={},
+        search=None,
     )
     return SimpleNamespace(
         system=None,
