@@ -20,4 +20,4 @@ def parameter_set(values: Mapping[str, float], name: str = "identifiedValues") -
     for key, value in values.items():
         parameter = etree.SubElement(parameters, ssv("Parameter"), name=key)
         etree.SubElement(parameter, ssv("Real"), value=repr(float(value)))
-    return etree.tostring(root, xml_declaration=True, encoding="UTF-8", pretty_print=True).decode()
+    return str(etree.tostring(root, xml_declaration=True, encoding="UTF-8", pretty_print=True), "utf-8")

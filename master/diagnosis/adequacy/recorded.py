@@ -86,7 +86,8 @@ class Recorded:
     @cached_property
     def times(self) -> Array:
         """Time of the compared rows over all recordings, one after the other [s], shape (rows,)."""
-        return np.arange(len(self.study.measured)) * self.study.bench.row_period
+        rows = np.arange(len(self.study.measured), dtype=np.float64)
+        return rows * self.study.bench.row_period
 
     def on_rows(self, values: Array) -> Array:
         """A signal on the compared rows, shape (rows,)."""
@@ -99,7 +100,7 @@ class Recorded:
         def one(v: Array) -> Array:
             window = min(WINDOW, len(v) - 1 + len(v) % 2)
             smoothed = savgol_filter(v, window, min(ORDER, window - 1), deriv=1, delta=period)
-            return np.array(smoothed, dtype=np.float64)
+            return np.asarray(smoothed, dtype=np.float64)
 
         return self._each(one, values)
 

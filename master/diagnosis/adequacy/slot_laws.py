@@ -23,6 +23,7 @@ from master.text.signal_name import SignalName
 N_KNOTS = 14
 N_KNOTS_OF_SECOND = 6
 DEGREE = 3
+SIGNS = (0.01, 0.05)  # of the rms of a velocity, over which its sign is rounded
 PAIRS = (
     *(("position", "velocity"), ("velocity", "position"), ("velocity", "time"), ("position", "time")),
     *(("value", "time"), ("value", "velocity"), ("velocity", "load"), ("velocity", "value")),
@@ -68,7 +69,9 @@ class SlotLaws:
         moving = {role: v for role, v in signals.items() if np.ptp(v) > 0.0}
         for role in ROLES:
             if role in moving:
-                yield SlotLaw(place, (role,)), splines(moving[role], N_KNOTS)
+                own = splines(moving[role], N_KNOTS)
+                steps = _steps(moving[role]) if role == "velocity" else own[:, :0]
+                yield SlotLaw(place, (role,)), np.hstack([own, steps])
         for first, second in PAIRS:
             if first in moving and second in moving:
                 one = splines(moving[first], N_KNOTS)
@@ -84,6 +87,12 @@ def splines(values: Array, n: int) -> Array:
     knots = np.concatenate([np.repeat(inner[0], DEGREE), inner, np.repeat(inner[-1], DEGREE)])
     inside = np.clip(values, inner[0], np.nextafter(inner[-1], inner[0]))
     return np.asarray(BSpline.design_matrix(inside, knots, DEGREE).toarray())
+
+
+def _steps(velocity: Array) -> Array:
+    """Signs of a velocity, rounded over parts of its rms: friction that splines are too smooth for."""
+    rms = float(np.sqrt(np.mean(velocity**2)))
+    return np.column_stack([np.tanh(velocity / (share * rms)) for share in SIGNS])
 
 
 def _slot_exists(study: Study, place: str) -> bool:

@@ -15,7 +15,7 @@ from master.diagnosis.case.case import LoadedCase, read_case
 from master.diagnosis.case.cut import CutPart, CutSystem, Values
 from master.diagnosis.data.measured_signals import opened
 from master.diagnosis.judge.diagnose import split_of
-from master.diagnosis.numerics.arrays import Array
+from master.diagnosis.numerics.arrays import Array, Integers
 from master.diagnosis.numerics.error_measures import errors
 from master.diagnosis.replay.candidate_models import links
 from master.diagnosis.replay.replay_bench import ReplayBench
@@ -35,7 +35,7 @@ class Replayed:
     t: Array
     measured: Array
     predicted: Array
-    sealed: Array
+    sealed: Integers
 
     def errors(self) -> dict[str, Any]:
         """Errors on the sealed rows, by signal, as a diagnosis reports them."""
@@ -76,7 +76,7 @@ def replay(path: Path, corrected: Path | None = None) -> dict[str, Replayed]:
         sealed = sealed[sealed < len(bench.measured)]
         results[part.name] = Replayed(
             part=part,
-            t=np.arange(len(bench.measured)) * bench.row_period,
+            t=np.asarray(np.arange(len(bench.measured)) * bench.row_period, dtype=np.float64),
             measured=bench.measured,
             predicted=predicted,
             sealed=sealed[bench.in_use[sealed]],

@@ -61,7 +61,8 @@ def sentence(diagnosis: Diagnosis, sealed: Mapping[str, SealedPart]) -> str:
     )
     channels = "".join(f" {str(f)[0].upper()}{str(f)[1:]}." for p in parts for f in p.channel_faults)
     failed = "".join(f" {name}: {own.failure}." for name, own in sealed.items() if own.failure)
-    return " ".join(texts[kind].split()) + channels + told + failed
+    cut = "" if diagnosis.is_complete else " Stopped before all was tried: this is the best so far."
+    return " ".join(texts[kind].split()) + channels + told + failed + cut
 
 
 def _named(placed: PlacedEffect) -> str:
@@ -108,6 +109,7 @@ def as_dict(diagnosis: Diagnosis, sealed: Mapping[str, SealedPart], files: list[
         "name": diagnosis.loaded.case.name,
         "verdict": verdict(diagnosis, sealed).value,
         "sentence": sentence(diagnosis, sealed),
+        "complete": diagnosis.is_complete,
         "effects": [e for p in diagnosis.parts for e in _effects(p, sealed[p.name])],
         "subsystem": subsystem(diagnosis),
         "faults": [p.software_fault.as_dict() for p in diagnosis.parts if p.software_fault is not None],

@@ -25,7 +25,9 @@ from master.diagnosis.data.recordings import Recording
 from master.diagnosis.numerics.arrays import Mask
 from master.diagnosis.numerics.gains import gain
 from master.diagnosis.replay.candidate_models import ModelPool, candidates
+from master.diagnosis.replay.placed_effect import PlacedEffect
 from master.diagnosis.replay.replay_bench import ReplayBench
+from master.diagnosis.search.deadline import Deadline, TimeIsUpError
 from master.diagnosis.search.extended_model import ExtendedModel
 from master.diagnosis.search.limits import named_by_limits
 from master.diagnosis.search.rounds import search
@@ -63,6 +65,7 @@ class Diagnosis:
     parts: tuple[PartResult, ...]
     split: Split
     open_models: ExitStack = field(repr=False)
+    is_complete: bool = True
 
     def __enter__(self) -> Diagnosis:
         return self
@@ -93,13 +96,20 @@ class Diagnosis:
         self.open_models.close()
 
 
-def diagnose(loaded: LoadedCase, progress: Progress) -> Diagnosis:
+def diagnose(loaded: LoadedCase, progress: Progress, deadline: Deadline | None = None) -> Diagnosis:
     """
     Study all parts of a case on the rows to fit on and to select by.
+
+    Args:
+        loaded: The case.
+        progress: Told what is being done.
+        deadline: When to stop searching and report the best so far.
 
     Raises:
         ConfigError: If the case, its system or its recordings are wrong.
     """
+    deadline = deadline or Deadline()
+    progress = deadline.watched(progress)
     system, recordings = opened(loaded, progress)
     split = split_of(loaded, recordings)
     with ExitStack() as stack:
@@ -110,8 +120,10 @@ def diagnose(loaded: LoadedCase, progress: Progress) -> Diagnosis:
         problems = implausible(loaded, begun)
         if problems:
             raise ConfigError(problems)
-        results = tuple(_searched(part, system, loaded.case) for part in begun)
-        return Diagnosis(loaded, system, recordings, results, split, stack.pop_all())
+        results = tuple(_searched(part, system, loaded.case, deadline) for part in begun)
+        return Diagnosis(
+            loaded, system, recordings, results, split, stack.pop_all(), is_complete=not deadline.has_stopped
+        )
 
 
 def split_of(loaded: LoadedCase, recordings: Mapping[str, Recording]) -> Split:
@@ -159,7 +171,7 @@ def _begun(
     return PartResult(study, nominal, fitted, ExtendedModel(), fitted, is_exact=study.is_exact)
 
 
-def _searched(begun: PartResult, system: CutSystem, case: Case) -> PartResult:
+def _searched(begun: PartResult, system: CutSystem, case: Case, deadline: Deadline) -> PartResult:
     """What one part lacks, if anything is left of it."""
     if begun.is_exact:
         return begun
@@ -177,16 +189,28 @@ def _searched(begun: PartResult, system: CutSystem, case: Case) -> PartResult:
     refit = Stage(REFIT, judge.judge(begun.base.predicted))
     result = replace(detect(begun), stages=(refit,))
     if effects:
-        places = sorted({e.place for e in effects})
-        named = with_rewritings(study, search(study, begun.base, effects), effects)
-        named = named_by_limits(study, named, effects)
-        result = named_or_learned(result, named, places, judge)
+        deadline.arm()
+        result = _explained(result, effects, judge)
+        deadline.disarm()
     result = refitted(_parameters(result))
     if result.has_effect:
         study.say("what is left after the effects")
         final = Stage(result.chosen.name, judge.judge(result.fit.predicted))
         result = replace(result, stages=(*result.stages, final))
     return replace(result, channel_faults=tuple(_channel_faults(result)))
+
+
+def _explained(result: PartResult, effects: Sequence[PlacedEffect], judge: Judge) -> PartResult:
+    """Names for what is left, or a law without one; the best so far where the time is up."""
+    study = result.study
+    places = sorted({e.place for e in effects})
+    named = search(study, result.base, effects)
+    result = replace(result, search=named, chosen=named.model, fit=named.fit)
+    try:
+        named = named_by_limits(study, with_rewritings(study, named, effects), effects)
+        return named_or_learned(result, named, places, judge)
+    except TimeIsUpError:
+        return result
 
 
 def _channel_faults(result: PartResult) -> Iterator[ChannelFault]:

@@ -15,6 +15,7 @@ from master.diagnosis.numerics.least_squares import Fit
 from master.diagnosis.replay.placed_effect import PlacedEffect
 
 from .classes import are_of_a_class
+from .deadline import TimeIsUpError
 from .extended_model import ExtendedModel
 from .families import (
     NEAR,
@@ -105,13 +106,20 @@ def search(
     rounds: list[Round] = []
     ahead: Round | None = None
     while len(rounds) < at_most:
-        step = ahead or _step(study, present, candidates)
+        try:
+            step = ahead or _step(study, present, candidates)
+        except TimeIsUpError:
+            break
         ahead = None
         is_last = len(rounds) + 1 == at_most
         if len(step.family) > 1 and not is_last and not _is_enough(study, base, step.family[0].gain.fit):
-            decided = _looked_ahead(study, base, step, candidates)
-            step = decided.step
-            ahead = decided.after
+            try:
+                decided = _looked_ahead(study, base, step, candidates)
+            except TimeIsUpError:
+                decided = None
+            if decided is not None:
+                step = decided.step
+                ahead = decided.after
         if _is_enough(study, base, present.fit):
             step = _most_of_the_rest(step)
         if step.family and present.model.effects:
