@@ -7,6 +7,7 @@ from pathlib import Path
 from master import catalogue
 from master.experiment.experiment import Experiment
 from master.experiment.prepare import Request, prepare
+from master.process.child import done_apart
 
 
 def prepare_to_run(
@@ -24,4 +25,4 @@ def prepare_to_run(
         return experiment
     from master.docking.phase_lead import designed
 
-    return designed(experiment)
+    return done_apart(lambda: designed(experiment))

@@ -28,6 +28,7 @@ from .common import (
     STEP_SIZE,
     VARIANT,
     answers_errors,
+    calls_fmus,
     print_json,
     say,
     show_building,
@@ -57,6 +58,7 @@ from .console import STDERR
 )
 @JSON
 @answers_errors
+@calls_fmus
 def analyse(
     config: Path,
     sweeps: tuple[str, ...],

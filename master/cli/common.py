@@ -13,7 +13,8 @@ from typing import Any
 import click
 
 from master.catalogue import FLAVOURS
-from master.errors import ConfigError, MasterError
+from master.errors import ConfigError, FmuError, MasterError
+from master.process.child import done_apart
 from master.text.printable import printable
 
 CONFIG = click.argument("config", type=click.Path(path_type=Path))
@@ -38,8 +39,14 @@ FLAVOUR = click.option(
 )
 
 
+_collected: list[str] | None = None  # in a child process: what this command says, for the parent to print
+
+
 def say(text: str, *, err: bool = False) -> None:
     """Print text whose control characters, which a file may hold, do not reach the terminal."""
+    if _collected is not None and not err:
+        _collected.append(text)
+        return
     try:
         click.echo(printable(text), err=err)
     except BrokenPipeError:  # the reader has seen enough, as `head` does
@@ -68,6 +75,38 @@ def answers_errors(command: Callable[..., None]) -> Callable[..., None]:
             sys.exit(error.exit_status)
 
     return wrapped
+
+
+def calls_fmus(command: Callable[..., None]) -> Callable[..., None]:
+    """
+    Let a command run in a child process, so that an FMU that ends its process is named.
+
+    What FMUs print goes to standard error, what the command says to standard output, in the end.
+    """
+
+    @functools.wraps(command)
+    def wrapped(*arguments: Any, **options: Any) -> None:
+        try:
+            texts = done_apart(lambda: _texts_of(command, arguments, options))
+        except FmuError:
+            from .console import STDERR
+
+            STDERR.show_cursor()  # a progress bar hides it, and may have ended with the child
+            raise
+        for text in texts:
+            say(text)
+
+    return wrapped
+
+
+def _texts_of(command: Callable[..., None], arguments: tuple[Any, ...], options: dict[str, Any]) -> list[str]:
+    global _collected
+    _collected = []
+    try:
+        command(*arguments, **options)
+        return _collected
+    finally:
+        _collected = None
 
 
 def show_building(text: str) -> None:

@@ -22,6 +22,7 @@ from .common import (
     STEP_SIZE,
     VARIANT,
     answers_errors,
+    calls_fmus,
     print_json,
     say,
     show_building,
@@ -48,6 +49,7 @@ from .common import (
 @FLAVOUR
 @JSON
 @answers_errors
+@calls_fmus
 def design_dpdc(
     config: Path, spans: tuple[str, ...], amplitude: str | None, as_json: bool, **options: Any
 ) -> None:

@@ -17,7 +17,7 @@ from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from master.errors import ConfigError
 from master.text.printable import printable
 
-from .common import JSON, answers_errors, print_json, say
+from .common import JSON, answers_errors, calls_fmus, print_json, say
 from .console import STDERR
 
 
@@ -27,6 +27,7 @@ from .console import STDERR
 @click.option("--budget", type=float, metavar="SECONDS", help="Stop searching then, with the best so far.")
 @JSON
 @answers_errors
+@calls_fmus
 def diagnose(case: Path, output: Path | None, budget: float | None, as_json: bool) -> None:
     """Say what the model of CASE lacks, add it, and show the error before and after."""
     try:

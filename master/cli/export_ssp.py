@@ -12,7 +12,7 @@ from master.api import prepare_to_run
 from master.experiment.prepare import Request
 from master.ssp.export import write_ssp
 
-from .common import CONFIG, FLAVOUR, SET, STEP_SIZE, VARIANT, answers_errors, say, show_building
+from .common import CONFIG, FLAVOUR, SET, STEP_SIZE, VARIANT, answers_errors, calls_fmus, say, show_building
 
 
 @click.command("export-ssp")
@@ -23,6 +23,7 @@ from .common import CONFIG, FLAVOUR, SET, STEP_SIZE, VARIANT, answers_errors, sa
 @FLAVOUR
 @click.option("--output", type=click.Path(path_type=Path), metavar="FILE", help="The archive to write.")
 @answers_errors
+@calls_fmus
 def export_ssp(config: Path, output: Path | None, **options: Any) -> None:
     """Write CONFIG with its FMUs as an SSP archive; `dockloop run` reads it back."""
     experiment = prepare_to_run(config, Request(**options), show_building)

@@ -14,7 +14,7 @@ from master.docking.plant import linearise as realised
 from master.fmi.description_reader import read_description
 from master.reproduce.facts.tables import LINEAR_PLANT
 
-from .common import FLAVOUR, JSON, answers_errors, print_json, say, show_building
+from .common import FLAVOUR, JSON, answers_errors, calls_fmus, print_json, say, show_building
 
 
 @click.command()
@@ -23,6 +23,7 @@ from .common import FLAVOUR, JSON, answers_errors, print_json, say, show_buildin
 @FLAVOUR
 @JSON
 @answers_errors
+@calls_fmus
 def linearise(model: str, axis: str, flavour: str, as_json: bool) -> None:
     """Fit the linear motion simulator to one axis of MODEL (a model, or a path to an FMU)."""
     target = catalogue.locate(model, Path(), flavour)

@@ -9,7 +9,7 @@ import numpy as np
 
 from master.errors import ConfigError
 
-from .common import JSON, answers_errors, print_json, say
+from .common import JSON, answers_errors, calls_fmus, print_json, say
 
 
 @click.command()
@@ -18,6 +18,7 @@ from .common import JSON, answers_errors, print_json, say
 @click.option("--output", type=click.Path(path_type=Path), help="Folder for the replay as CSV.")
 @JSON
 @answers_errors
+@calls_fmus
 def replay(case: Path, other: str | None, output: Path | None, as_json: bool) -> None:
     """Replay the models of CASE on its recordings, and show the error on the sealed part."""
     try:

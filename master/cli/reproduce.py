@@ -14,7 +14,7 @@ from master.reproduce.claims.claim import CONDITION, FAILS, HOLDS
 from master.reproduce.reproduction import Reproduction
 from master.reproduce.reproduction import reproduce as reproduce_paper
 
-from .common import JSON, answers_errors, print_json, say, show_building
+from .common import JSON, answers_errors, calls_fmus, print_json, say, show_building
 from .console import STDERR
 
 _STYLES = {HOLDS: "green", CONDITION: "yellow", FAILS: "red"}
@@ -31,6 +31,7 @@ _STYLES = {HOLDS: "green", CONDITION: "yellow", FAILS: "red"}
 )
 @JSON
 @answers_errors
+@calls_fmus
 def reproduce(output: Path, as_json: bool) -> None:
     """Reproduce the paper: runs of the FMUs for each figure and claim, judged, on one page."""
     columns = (

@@ -15,7 +15,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from master.api import prepare_to_run
 from master.errors import EXIT_DIVERGED, EXIT_FMU
-from master.evaluation.report import Report, save_run, summary_lines
+from master.evaluation.report import Report, load_libraries, save_run, summary_lines
 from master.experiment.experiment import Experiment
 from master.experiment.prepare import Request
 from master.fmi.messages import LEVELS, LogFile
@@ -33,10 +33,10 @@ from master.stepping.outcome import (
     OVERRUN,
     TERMINATED,
     Outcome,
+    ProgressCallback,
     RunOptions,
 )
 from master.stepping.pacing import CONTINUE, STOP, Pacer
-from master.stepping.run import ProgressCallback
 from master.text.printable import printable
 
 from .common import (
@@ -164,6 +164,7 @@ def _simulate(
             interruption,
             lambda: _shown(experiment, stack),
             log_file,
+            load_libraries,
         )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from graphlib import CycleError, TopologicalSorter
@@ -72,6 +72,10 @@ class Schedule:
         if source == target:
             return self.groups[source].age(wire)
         return 0 if source < target else 1
+
+    def event_faults(self, system: System, targets: Collection[str]) -> list[str]:
+        """List the connected inputs under events, of those given, on which events cannot act."""
+        return [fault for group in self.groups for fault in group.event_faults(system, targets)]
 
     def _within(self, wire: Wire) -> bool:
         return self.group_of(wire.source.instance) == self.group_of(wire.target.instance)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from contextlib import suppress
 from dataclasses import asdict, dataclass, field, replace
+from importlib import import_module
 from typing import Any
 
 from master.experiment.experiment import Experiment
@@ -16,6 +17,14 @@ from master.stepping.outcome import COMPLETED, FAILED, INTERRUPTED, TERMINATED, 
 
 from .metrics import Metrics, compute_metrics
 from .plots import plot_run
+
+_LIBRARIES = ("pyarrow.csv", "pyarrow.parquet", "matplotlib.figure", "matplotlib.backends.backend_agg")
+
+
+def load_libraries() -> None:
+    """Load what saving and drawing need, which takes longer than either."""
+    for name in _LIBRARIES:
+        import_module(name)
 
 
 @dataclass(frozen=True)

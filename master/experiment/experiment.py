@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from master.coupling.algebraic import algebraic_loops
 from master.coupling.ledger import Ledger, input_entry, make_ledger
 from master.coupling.schedule import Schedule
-from master.fmi.values import start_notes
+from master.fmi.values import alias_notes, start_notes
 from master.system.config import Compare, Config, PhaseLead
 from master.system.graph import System
 from master.system.grid import Grid
@@ -85,17 +85,21 @@ class Experiment:
         """
         What a user should know before a run.
 
-        These are how the file was read, the algebraic loops that the order does not solve, and start values
-        of the FMUs themselves that break their own rules.
+        These are how the file was read, the algebraic loops that the order does not solve, FMUs that never
+        step, and what breaks the FMUs' own rules: start values, and units of aliases.
         """
         loops = algebraic_loops(self.system, self.schedule)
         notes = [*self.remarks]
         notes += [f"algebraic loop {loop.explain()}" for loop in loops if not loop.is_solved]
         for name, instance in self.system.instances.items():
-            found = start_notes(instance.description, instance.start)
+            interval = self.schedule.every[name]
+            if interval > self.grid.n_ticks:
+                run = f"a run of {self.grid.n_ticks}"
+                notes.append(f"{name} is never stepped, got a step every {interval} ticks in {run}")
+            found = [*start_notes(instance.description, instance.start), *alias_notes(instance.description)]
             notes += [f"{name}.{note}" for note in found[:_MOST_NOTES]]
             if len(found) > _MOST_NOTES:
-                notes.append(f"{name}: {len(found) - _MOST_NOTES} more start values of this kind")
+                notes.append(f"{name}: {len(found) - _MOST_NOTES} more notes of this kind")
         return notes
 
     @property

@@ -89,6 +89,10 @@ class _Preparation:
         schedule = self._schedule(system)
         longer = max(loaded, self.loaded, key=lambda one: one.config.stop_time)  # events may be cut off
         scenario = self._scenario(longer, system)
+        if schedule is not None:
+            where = self.loaded.where("events")
+            faults = schedule.event_faults(system, scenario.channels())
+            self.problems += [f"{where}: {fault}" for fault in faults]
         inputs = self._inputs(loaded, system)
         self._check_phase_lead(system)
         if self.problems or schedule is None:

@@ -12,6 +12,8 @@ from . import value_types
 from .linearity import DeclaredLearning, DeclaredLinear
 from .units import Unit
 
+_OWN_TOOL = "dockloop (native flavour)"
+
 
 class Kind(Enum):
     """What sort of value a variable takes."""
@@ -64,9 +66,14 @@ class Variable:
     @property
     def is_settable(self) -> bool:
         """Whether it takes a value before the run."""
-        if self.variability == "constant" or self.causality == "structuralParameter":
+        if self.variability == "constant":
             return False
         return self.causality in ("parameter", "input") or self.initial in ("exact", "approx")
+
+    @property
+    def is_structural(self) -> bool:
+        """Whether it is a structural parameter (FMI 3.0), which sizes of arrays may depend on."""
+        return self.causality == "structuralParameter"
 
     @property
     def start_value(self) -> float | str | None:
@@ -110,6 +117,7 @@ class Description:
     model_identifier: str
     token: str
     variables: tuple[Variable, ...]
+    tool: str = ""
     delays: tuple[DeclaredDelay, ...] = ()
     can_get_and_set_state: bool = False
     needs_execution_tool: bool = False
@@ -122,6 +130,11 @@ class Description:
     influences: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     linear: tuple[DeclaredLinear, ...] = ()
     learning: tuple[DeclaredLearning, ...] = ()
+
+    @property
+    def keeps_float_mode(self) -> bool:
+        """Whether its code is of this project, which never changes the processor's floating-point mode."""
+        return self.tool == _OWN_TOOL
 
     @property
     def version(self) -> int:

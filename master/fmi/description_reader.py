@@ -78,16 +78,18 @@ class _Declared:
     parts: tuple[Variable, ...] = field(default=())
 
 
-def read_description(path: Path) -> Description:
+def read_description(path: Path, structure: Mapping[str, int] | None = None) -> Description:
     """
     Read the model description of an FMU 2.0 or 3.0 for co-simulation, once for each state of a file.
 
-    `path` is an FMU or a folder that one was unpacked into.
+    Args:
+        path: An FMU or a folder that one was unpacked into.
+        structure: Values of structural parameters (FMI 3.0) that differ from the FMU's own.
 
     Raises:
         ConfigError: With every fault, if the file is not such an FMU.
     """
-    return _read(path, path.absolute(), _state(path))
+    return _read(path, path.absolute(), _state(path), tuple(sorted((structure or {}).items())))
 
 
 def _state(path: Path) -> tuple[int, int]:
@@ -100,12 +102,12 @@ def _state(path: Path) -> tuple[int, int]:
 
 
 @lru_cache(maxsize=256)
-def _read(path: Path, _: Path, __: tuple[int, int]) -> Description:
+def _read(path: Path, _: Path, __: tuple[int, int], structure: tuple[tuple[str, int], ...]) -> Description:
     # nothing of the many objects made here is garbage: searching them for it takes a third of the time
     was_enabled = gc.isenabled()
     gc.disable()
     try:
-        return DescriptionReader(path).read()
+        return DescriptionReader(path, dict(structure)).read()
     finally:
         if was_enabled:
             gc.enable()
@@ -114,8 +116,9 @@ def _read(path: Path, _: Path, __: tuple[int, int]) -> Description:
 class DescriptionReader:
     """Reads one FMU's description."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, structure: Mapping[str, int]) -> None:
         self.path = path
+        self.structure = structure
         self.faults = Faults(path)
 
     def read(self) -> Description:
@@ -138,6 +141,7 @@ class DescriptionReader:
             model_identifier=interface.get("modelIdentifier", ""),
             token=root.get("guid" if is_2 else "instantiationToken", ""),
             variables=_with_aliases([v for d in declared for v in d.parts]),
+            tool=root.get("generationTool", ""),
             delays=tuple(self._delays(root)),
             can_get_and_set_state=self._flag(
                 interface, "canGetAndSetFMUstate" if is_2 else "canGetAndSetFMUState"
@@ -326,9 +330,12 @@ class DescriptionReader:
         return _Declared(whole, where, not_exchanged="unreadable")
 
     def _expand(self, declared: Iterable[_Declared]) -> None:
-        """Split arrays into their elements."""
+        """Split arrays into their elements; start values for another size are left out."""
         declared = list(declared)
         sizes = {d.whole.reference: d for d in declared if d.whole.causality == "structuralParameter"}
+        for d in sizes.values():
+            if d.whole.name in self.structure:
+                d.starts = [str(self.structure[d.whole.name])]
         for d in declared:
             if d.not_exchanged:
                 continue
@@ -341,10 +348,19 @@ class DescriptionReader:
                 self.faults.add(d.where, f"Dimension: got {n} elements, expected at most {_MOST_ELEMENTS}")
             elif not shape:
                 d.parts = (d.whole,)
+            elif self._is_resized(d, sizes) and len(d.starts) not in (1, n):
+                d.starts = ()
+                d.parts = tuple(_elements(d, shape))
             elif len(d.starts) > n:
                 self.faults.add(d.where, f"start: got {len(d.starts)} values, expected {n}")
             else:
                 d.parts = tuple(_elements(d, shape))
+
+    def _is_resized(self, d: _Declared, sizes: Mapping[int, _Declared]) -> bool:
+        """Whether the size of an array depends on a structural parameter with another value."""
+        references = (e.get("valueReference", "") for e in d.dimensions)
+        parameters = (sizes.get(int(text)) for text in references if text.isdecimal())
+        return any(p is not None and p.whole.name in self.structure for p in parameters)
 
     def _length(self, e: ET.Element, of: str, sizes: Mapping[int, _Declared]) -> int | None:
         """Length along a dimension: fixed, or the start value of a structural parameter; None: a fault."""

@@ -45,10 +45,18 @@ class Fmi3Slave(FmuSlave):
         """
         Set start values and enter initialisation mode.
 
-        An array whose other elements have no known start value is read there before it is set.
+        Structural parameters are set in configuration mode, before all others. An array whose other elements
+        have no known start value is read in initialisation mode before it is set.
         """
-        given = Counter(self.description.by_name[key].array for key in start)
-        later = [key for key in start if self._must_be_read(self.description.by_name[key], given)]
+        known = self.description.by_name
+        structure = {key: value for key, value in start.items() if known[key].is_structural}
+        if structure:
+            self._call(self._fmu.enterConfigurationMode)
+            self.set_start_values(structure)
+            self._call(self._fmu.exitConfigurationMode)
+        start = {key: value for key, value in start.items() if key not in structure}
+        given = Counter(known[key].array for key in start)
+        later = [key for key in start if self._must_be_read(known[key], given)]
         self.set_start_values({key: value for key, value in start.items() if key not in later})
         self._call(self._fmu.enterInitializationMode, startTime=t0, stopTime=stop)
         self._is_readable = True

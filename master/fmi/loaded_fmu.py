@@ -10,6 +10,8 @@ from typing import Any
 
 from master.errors import FmuError
 from master.process import position
+from master.process.child import do_last
+from master.process.surroundings import restore_working_folder, working_folder
 
 from . import messages, unpacked
 from .description import Description, Kind, Variable
@@ -29,13 +31,20 @@ class FmuSlave:
         self.name, self.description = name, description
         self._ends_with_error = False
         self._is_initialised = False
+        self._working_folder: str | None = None
         self._folder = unpacked.acquire(description, unpacked.unpack)
         self._enter("instantiate")
         try:
             self._fmu: Any = self._instantiate()
         except Exception as error:  # FMPy and the loader raise bare exceptions
             unpacked.release(self._folder)
-            raise FmuError(name, self._failure(f"cannot be loaded: {error}")) from None
+            function = f"fmi{description.version}Instantiate"
+            answer = (
+                f"{function} returned no instance"
+                if _has_no_instance(error)
+                else f"cannot be loaded: {error}"
+            )
+            raise FmuError(name, self._explained(answer), time=position.current().time()) from None
         finally:
             self._leave()
         _raise_for_negative_statuses(self._fmu)
@@ -96,23 +105,31 @@ class FmuSlave:
         return False
 
     def close(self, *, failed: bool, fatal: bool = False) -> None:
+        if self._is_initialised and not failed and not fatal:
+            fatal = self._end("terminate", self._fmu.terminate) == Status.FATAL
         if not fatal:
-            try:
-                if self._is_initialised and not failed:
-                    self._enter("terminate")
-                    self._fmu.terminate()
-                self._enter("freeInstance")
-                self._free()
-            except Exception as error:  # an FMU that fails at its end has given its results already
-                _logger.warning("%s: %s", self.name, error)
-        self._leave()
+            self._end("freeInstance", self._free)
         unpacked.release(self._folder)
 
+    def _end(self, function: str, call: Callable[[], Any]) -> int:
+        """Make one of the last calls, which spoils no results any more; return its status."""
+        self._enter(function)
+        try:
+            call()
+        except Exception as error:  # FMPy: FMICallException with a status
+            status = getattr(error, "status", None)
+            what = str(error) if status is None else f"{function} answered with {described(status)}"
+            self._note(Status.ERROR if status is None else status, "at the end", what)
+            return Status.ERROR if status is None else status
+        finally:
+            self._leave()
+        return Status.OK
+
     def _free(self) -> None:
-        """Free instance and library."""
+        """Free instance and library; the latter last of all, as a thread of the FMU may still run in it."""
         getattr(self._fmu, f"fmi{self.description.version}FreeInstance")(self._fmu.component)
         self._release_interpreter()
-        self._fmu.freeLibrary()
+        do_last(self._fmu.freeLibrary)
 
     def _release_interpreter(self) -> None:
         """
@@ -132,13 +149,15 @@ class FmuSlave:
             return function(*arguments, **named)
         except Exception as error:  # FMPy: FMICallException with a status
             status = getattr(error, "status", None)
+            time = position.current().time()
             if not isinstance(status, int):
-                raise FmuError(self.name, self._failure(str(error))) from None
+                raise FmuError(
+                    self.name, self._explained(f"{function.__name__}: {error}"), time=time
+                ) from None
             answer = f"{getattr(error, 'function', 'a call')} answered with {described(status)}"
-            said = self._failure(answer)
-            if said != answer and status != Status.ERROR:
-                said = f"{said} ({answer})"
-            raise FmuError(self.name, said, status=status_name(status)) from None
+            raise FmuError(
+                self.name, self._explained(answer), time=time, status=status_name(status)
+            ) from None
         finally:
             self._leave()
 
@@ -146,21 +165,29 @@ class FmuSlave:
         """Note a call, by the name that FMPy's method has."""
         named = f"fmi{self.description.version}{function[0].upper()}{function[1:]}"
         position.current().enter(self.name, named)
+        self._working_folder = working_folder()
 
     def _leave(self) -> None:
         """Note the end of a call, and undo what it changed for the next one."""
         position.current().leave()
+        restore_working_folder(self._working_folder)
         if restore_float_mode():
             self._note(Status.WARNING, "floating point", CHANGES_FLOAT_MODE)
 
-    def _failure(self, text: str) -> str:
-        """What the FMU said of the call that failed, else the text."""
-        return self.last_message() or text
+    def _explained(self, answer: str) -> str:
+        """What the FMU said of the call that failed, with how it answered."""
+        said = self.last_message()
+        return f"{said} ({answer})" if said else answer
 
     def _note(self, status: int, category: str, text: str) -> None:
         _logger.debug("%s (%s): %s", self.name, status_name(status), text)
         messages.current().note(self.name, status, category, text)
         self._ends_with_error = status >= Status.ERROR
+
+
+def _has_no_instance(error: Exception) -> bool:
+    """Whether FMPy says that an instance is missing, which it does in these words."""
+    return "Failed to instantiate" in str(error)
 
 
 def read_number(variable: Variable, value: Any) -> float:

@@ -7,6 +7,7 @@ The compiled function passes its arguments on, the variable ones as the address 
 from __future__ import annotations
 
 import ctypes
+import itertools
 from collections.abc import Callable
 from functools import lru_cache
 from typing import Any
@@ -22,11 +23,14 @@ _VA_LIST_BYTES = 64  # more than any platform needs
 Note = Callable[[int, str, str], None]  # status, category, text
 
 _instances: dict[int, Note] = {}
+_keys = itertools.count(1)
+_given: set[int] = set()
 
 
 def add(note: Note) -> int:
     """Register what takes the messages of an instance; return its `componentEnvironment`."""
-    key = 1 + max(_instances, default=0)
+    key = next(_keys)
+    _given.add(key)
     _instances[key] = note
     return key
 
@@ -40,7 +44,7 @@ def _receive(
     environment: int | None, _: int | None, status: int, category: int | None, text: int | None, rest: int
 ) -> None:
     note = _instances.get(environment or 0)
-    if note is None and len(_instances) == 1:  # an FMU that passes something else
+    if environment not in _given and len(_instances) == 1:  # an FMU that passes something else
         [note] = _instances.values()
     if note is not None:
         note(status, _read(category), _read(text, rest))

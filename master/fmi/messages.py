@@ -61,17 +61,20 @@ class _OfCall:
     def __init__(self, call: Call | None) -> None:
         self.call = call
         self._messages: list[_Message] = []
+        self._least = 0
         self._left_out = 0
 
     def keep(self, message: _Message) -> None:
         """Take a message; of too many the last one among the least bad is dropped."""
-        self._messages.append(message)
-        if len(self._messages) > _MOST_OF_A_CALL:
-            least = min(reversed(self._messages), key=lambda m: _severity(m.status))
-            self._messages.reverse()
-            self._messages.remove(least)
-            self._messages.reverse()
+        severity = _severity(message.status)
+        if len(self._messages) == _MOST_OF_A_CALL:
             self._left_out += 1
+            if severity <= self._least:
+                return
+            least = max(i for i, m in enumerate(self._messages) if _severity(m.status) == self._least)
+            del self._messages[least]
+        self._messages.append(message)
+        self._least = min(_severity(m.status) for m in self._messages)
 
     def belongs_to(self, call: Call | None) -> bool:
         """Whether they are of this call, or of the same turn of the FMU in the stepping loop."""

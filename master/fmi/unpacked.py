@@ -32,13 +32,6 @@ class _Folder:
 
 
 _shared: dict[_Key, _Folder] = {}
-_place: Path | None = None
-
-
-def place_in(folder: Path) -> None:
-    """Unpack FMUs below a folder from now on, instead of the system's temporary one."""
-    global _place
-    _place = folder
 
 
 def acquire(description: Description, unpack: Unpack) -> str:
@@ -81,7 +74,7 @@ def unpack(description: Description) -> str:
     try:
         with Archive(description.path) as archive:
             _require_binary(description, archive)
-            folder = archive.unpacked(_is_needed, place=_place)
+            folder = archive.unpacked(_is_needed)
     except (ArchiveError, OSError) as error:
         raise ConfigError([f"{description.path}: cannot be unpacked: {error}"]) from None
     (folder / "resources").mkdir(exist_ok=True)  # named to the FMU, also where it is empty

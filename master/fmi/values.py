@@ -107,26 +107,37 @@ def settable(
     Raises:
         ValueError: If there is no such variable, it cannot be set, is connected, or refuses the value.
     """
-    targets, values = _targets(d, key, value), _flat(value)
-    if not targets:
+    targets = named_by(d, key)
+    if not targets or not all(d.primary(v.name).is_settable for v in targets):
         _refuse(d, name, key)
+    return dict(_settings(d, name, spread(d, key, value), connected))
+
+
+def named_by(d: Description, key: str) -> Sequence[Variable]:
+    """Variables that a name is for: the elements of an array, or one; none if there is no such name."""
+    return (d.by_name[key],) if key in d.by_name else d.arrays.get(key, ())
+
+
+def spread(d: Description, key: str, value: Setting) -> list[tuple[Variable, Value]]:
+    """
+    Pair the variables that a name is for with their values: those of a list, or one value for all.
+
+    Raises:
+        ValueError: If a list has not the shape of the array.
+    """
+    targets = named_by(d, key)
+    values = _flat(value)
     if isinstance(value, list):
         _refuse_shape(d, key, value, targets)
     else:
         values = values * len(targets)
-    return dict(_settings(d, name, targets, values, connected))
-
-
-def _targets(d: Description, key: str, value: object) -> Sequence[Variable]:
-    """Variables that a value is for: the elements of an array, or one; none if it cannot be set."""
-    found = d.arrays.get(key, ()) if key not in d.by_name else (d.by_name[key],)
-    return found if all(d.primary(v.name).is_settable for v in found) else ()
+    return list(zip(targets, values, strict=True))
 
 
 def _settings(
-    d: Description, name: str, targets: Sequence[Variable], values: Sequence[Value], connected: set[str]
+    d: Description, name: str, given: Sequence[tuple[Variable, Value]], connected: set[str]
 ) -> Iterator[tuple[str, float | str]]:
-    for variable, value in zip(targets, values, strict=True):
+    for variable, value in given:
         primary = d.primary(variable.name)
         if f"{name}.{primary.name}" in connected:
             signal = f"{name}.{variable.name}"
@@ -148,10 +159,7 @@ def _refuse(d: Description, name: str, key: str) -> None:
     variable = d.by_name.get(key) or next(iter(d.arrays.get(key, ())), None)
     if variable is None:
         raise ValueError(f"no such variable in {name} ({d.model_name}), got {key!r}, {expected(key, names)}")
-    why = "calculated by the FMU"
-    if variable.causality == "structuralParameter":
-        why = "a structural parameter, which keeps the FMU's value"
-    raise ValueError(f"cannot be set, got {key!r} ({why}), {expected(key, names)}")
+    raise ValueError(f"cannot be set, got {key!r} (calculated by the FMU), {expected(key, names)}")
 
 
 def _refuse_shape(d: Description, key: str, value: list[object], targets: Sequence[Variable]) -> None:
@@ -200,3 +208,16 @@ def _start_note(v: Variable) -> str | None:
         unit = "" if v.unit_name == "1" else f" {v.unit_name}"
         return f"{v.name}: the FMU's own start value is {shown(value)}{unit}, {error}; it is left as it is"
     return None
+
+
+def alias_notes(d: Description) -> list[str]:
+    """Say which variables share a value with one of another unit: each is taken in the unit that it has."""
+    notes = []
+    for v in d.variables:
+        if v.alias_of is None:
+            continue
+        primary = d.by_name[v.alias_of]
+        if v.unit is not None and primary.unit is not None and v.unit != primary.unit:
+            units = f"{v.unit_name} and {primary.unit_name}"
+            notes.append(f"{v.name}: shares a value with {primary.name}, got the units {units}, expected one")
+    return notes

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -67,12 +66,18 @@ def decimated(curve: Curve, columns: int = COLUMNS) -> Curve:
     n = len(curve.x)
     if curve.style in MARKS or n <= 2 * columns:
         return curve
-    edges = np.linspace(0, n, columns + 1).astype(int).tolist()
+    edges = np.linspace(0, n, columns + 1).astype(int)
     gaps = np.flatnonzero(np.isnan(curve.y))
-    kept = {0, n - 1, *gaps[np.diff(gaps, prepend=-2) > 1].tolist()}
-    for begin, end in pairwise(edges):
-        own = curve.y[begin:end]
-        if not np.isnan(own).all():
-            kept |= {begin + int(np.nanargmin(own)), begin + int(np.nanargmax(own))}
-    rows = np.array(sorted(kept))
+    begins_of_gaps = gaps[np.diff(gaps, prepend=-2) > 1]
+    lowest = _first_extremes(curve.y, edges, np.fmin)
+    highest = _first_extremes(curve.y, edges, np.fmax)
+    rows = np.unique(np.concatenate([[0, n - 1], begins_of_gaps, lowest, highest]))
     return replace(curve, x=curve.x[rows], y=curve.y[rows])
+
+
+def _first_extremes(y: Floats, edges: NDArray[np.intp], extreme: np.ufunc) -> NDArray[np.intp]:
+    """Row of the first extreme value in each column that has one."""
+    column = np.repeat(np.arange(len(edges) - 1), np.diff(edges))
+    rows = np.flatnonzero(y == extreme.reduceat(y, edges[:-1])[column])
+    _, first = np.unique(column[rows], return_index=True)
+    return rows[first]

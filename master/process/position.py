@@ -8,25 +8,46 @@ process that shares the memory can say what went wrong where the process ended w
 from __future__ import annotations
 
 import ctypes
+import json
+import math
 import mmap
 import weakref
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, NamedTuple
 
-TICK, SLAVE, PHASE, STAGE, WRITTEN, CONSUMED, STOP, FINISHED, FLOAT_MODE, FLOAT_TICK = range(10)
+TICK, SLAVE, PHASE, STAGE, WRITTEN, CONSUMED, STOP, FINISHED, FLOAT_MODE, FLOAT_TICK, T0, STEP_SIZE = range(
+    12
+)
 _N_CELLS = 16
 _TEXT = 8 * _N_CELLS
 _TEXT_BYTES = 512
-N_BYTES = _TEXT + 2 * _TEXT_BYTES
+_SLAVES = _TEXT + 2 * _TEXT_BYTES
+_SLAVES_BYTES = 2**20
+N_BYTES = _SLAVES + _SLAVES_BYTES
 
 LOADING, STEPPING, ENDING = range(3)  # stages of a run
-OUTSIDE, SETTING, MAKING_A_STEP, GETTING = range(4)  # phases of an FMU's turn in the stepping loop
+OUTSIDE, SETTING, MAKING_A_STEP, GETTING, SAVING, RESTORING = range(6)  # calls that the stepping loop makes
 
 _FUNCTIONS = {
-    2: {SETTING: "fmi2SetXXX", MAKING_A_STEP: "fmi2DoStep", GETTING: "fmi2GetXXX"},
-    3: {SETTING: "fmi3SetXXX", MAKING_A_STEP: "fmi3DoStep", GETTING: "fmi3GetXXX"},
+    2: {
+        SETTING: "fmi2SetXXX",
+        MAKING_A_STEP: "fmi2DoStep",
+        GETTING: "fmi2GetXXX",
+        SAVING: "fmi2GetFMUstate",
+        RESTORING: "fmi2SetFMUstate",
+    },
+    3: {
+        SETTING: "fmi3SetXXX",
+        MAKING_A_STEP: "fmi3DoStep",
+        GETTING: "fmi3GetXXX",
+        SAVING: "fmi3GetFMUState",
+        RESTORING: "fmi3SetFMUState",
+    },
 }
+
+Slaves = Sequence[tuple[str, int]]
+"""Instance and FMI version, in the order of their numbers in a program."""
 
 
 class Interrupted(Exception):  # noqa: N818 - it is no error: a run that was asked to end
@@ -47,20 +68,44 @@ class Position:
     Present call of a run, in memory that may be shared.
 
     `cells` are numbers that compiled code writes too, at the indices named above; FLOAT_MODE is 1 + the
-    number of a slave that changed the floating-point mode, FLOAT_TICK the tick in which it did.
+    number of the first slave that changed the floating-point mode, FLOAT_TICK the tick in which it did.
+    Tick k is at T0 + k STEP_SIZE [s].
     """
 
     def __init__(self, memory: Any | None = None) -> None:
         self._memory = bytearray(N_BYTES) if memory is None else memory
         self.cells = memoryview(self._memory)[:_TEXT].cast("d")
-        self.slaves: list[tuple[str, int]] = []
+        self.cells[T0] = math.nan
+        self._slaves: Slaves = ()
 
-    def begin(self) -> None:
-        """Note that a run begins."""
+    def begin(self, t0: float, step_size: float) -> None:
+        """Note that a run begins at t0 [s] with its step size [s]."""
         self.leave()
         self.cells[PHASE] = OUTSIDE
         self.cells[TICK] = 0.0
+        self.cells[T0] = t0
+        self.cells[STEP_SIZE] = step_size
         self.cells[STAGE] = LOADING
+
+    def step(self, slaves: Slaves, t0: float, step_size: float) -> None:
+        """Note that the stepping loop is about to call some FMUs, on a grid of ticks from t0 [s]."""
+        self.cells[T0] = t0
+        self.cells[STEP_SIZE] = step_size
+        if slaves is not self._slaves:
+            self._slaves = slaves
+            data = json.dumps(list(slaves)).encode()
+            self._put(_SLAVES, data if len(data) < _SLAVES_BYTES else b"[]")
+
+    def recall(self, slave: int, tick: int) -> None:
+        """Note an earlier step of an FMU as the present call."""
+        self.cells[SLAVE] = slave
+        self.cells[PHASE] = MAKING_A_STEP
+        self.cells[TICK] = tick
+
+    def rest(self, tick: int) -> None:
+        """Note that the stepping loop has come to a tick and calls no FMU."""
+        self.cells[PHASE] = OUTSIDE
+        self.cells[TICK] = tick
 
     def enter(self, instance: str, function: str) -> None:
         """Note a call that is made outside the stepping loop."""
@@ -72,16 +117,25 @@ class Position:
         self._write(1, "")
 
     def call(self) -> Call | None:
-        """Return the present call; within the stepping loop `slaves` (name, FMI version) says whose it is."""
+        """Return the present call, None if there is none."""
         tick = int(self.cells[TICK])
         function = self._read(1)
         if function:
             return Call(self._read(0), function, tick)
         phase = int(self.cells[PHASE])
-        if phase == OUTSIDE or not self.slaves:
+        if phase == OUTSIDE:
             return None
-        instance, version = self.slaves[int(self.cells[SLAVE])]
+        slaves = self._slaves or json.loads(self._get(_SLAVES, _SLAVES_BYTES) or b"[]")
+        number = int(self.cells[SLAVE])
+        if number >= len(slaves):
+            return None
+        instance, version = slaves[number]
         return Call(instance, _FUNCTIONS[version][phase], tick, is_in_loop=True)
+
+    def time(self) -> float | None:
+        """Time of the present tick [s], None before a run begins."""
+        t = self.cells[T0] + self.cells[TICK] * self.cells[STEP_SIZE]
+        return None if math.isnan(t) else t
 
     def address(self) -> int:
         """Address of the cells."""
@@ -94,13 +148,17 @@ class Position:
 
     def _write(self, place: int, text: str) -> None:
         data = text.encode("utf-8", errors="replace")[: _TEXT_BYTES - 1]
-        first = _TEXT + place * _TEXT_BYTES
-        self._memory[first : first + len(data) + 1] = data + b"\0"
+        self._put(_TEXT + place * _TEXT_BYTES, data)
 
     def _read(self, place: int) -> str:
-        first = _TEXT + place * _TEXT_BYTES
-        data = bytes(self._memory[first : first + _TEXT_BYTES])
-        return data.partition(b"\0")[0].decode("utf-8", errors="replace")
+        return self._get(_TEXT + place * _TEXT_BYTES, _TEXT_BYTES).decode("utf-8", errors="replace")
+
+    def _put(self, first: int, data: bytes) -> None:
+        self._memory[first : first + len(data) + 1] = data + b"\0"
+
+    def _get(self, first: int, most: int) -> bytes:
+        end = self._memory.find(b"\0", first, first + most)
+        return bytes(self._memory[first:end])
 
 
 _shared: list[weakref.ref[mmap.mmap]] = []

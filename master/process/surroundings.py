@@ -32,6 +32,21 @@ def standard_output_as_error() -> Iterator[None]:
                 os.close(output)
 
 
+def working_folder() -> str | None:
+    """Return the working folder, None if it is not there any more."""
+    try:
+        return os.getcwd()
+    except OSError:
+        return None
+
+
+def restore_working_folder(folder: str | None) -> None:
+    """Go back to the folder that `working_folder` returned, where another one is set now."""
+    if folder is not None and working_folder() != folder:
+        with contextlib.suppress(OSError):
+            os.chdir(folder)
+
+
 def _flush() -> None:
     """Write what lies in buffers of C and Python."""
     with contextlib.suppress(OSError, ValueError):

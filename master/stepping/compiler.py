@@ -100,13 +100,16 @@ class _Compiler:
 
     def build(self) -> Program:
         """Emit all groups."""
+        faults = self.schedule.event_faults(self.system, self.channels)
+        if faults:
+            raise ConfigError([f"events: {fault}" for fault in faults])
         self._allocate()
         for group in self.schedule.groups:
             group.emit(self, self.schedule.every)
         return Program(
             memory=self._memory(),
             place=self.placed,
-            names=list(self.system.instances),
+            slaves=[(name, interface.version) for name, interface in self.interfaces.items()],
             loop_wires=self.loop_wires,
             channel_of=self.channel_of,
             keep_alive=self.references,
@@ -152,14 +155,6 @@ class _Compiler:
         """Step from `back` ticks before the end of the tick over `length` ticks; `every` if None."""
         back = every if back is None else back
         self._add(Operation.STEP, every, self.number_of[instance], back, every if length is None else length)
-
-    def refuse_faults(self, wires: Sequence[Wire], why: str) -> None:
-        """Raise ConfigError if events act on one of the wires."""
-        found = [w.target.name for w in wires if w.target.name in self.channels]
-        if found:
-            raise ConfigError(
-                [f"events: {name} {why}, got a fault on it, expected it elsewhere" for name in found]
-            )
 
     def save(self, instance: str, every: int) -> None:
         """Save the state of an instance."""
@@ -236,19 +231,14 @@ class _Compiler:
             residuals=_table(self.residuals, RESIDUAL_WIDTH),
             tolerances=np.array(self.tolerances, dtype=np.float64),
             channels=np.zeros((len(self.channel_of), len(Channel))),
-            position=self._position(),
+            position=np.asarray(position.current().cells),
         )
-
-    def _position(self) -> NDArray[np.float64]:
-        """Cells in which the run writes where it is."""
-        present = position.current()
-        present.slaves = [(name, interface.version) for name, interface in self.interfaces.items()]
-        return np.asarray(present.cells)
 
     def _slave(self, name: str) -> list[int]:
         interface = self.interfaces[name]
         called = [interface.component, interface.version, interface.do_step]
-        return [*called, *self.inputs[name], *self.outputs[name]]
+        may_change_float_mode = not self.system.instances[name].description.keeps_float_mode
+        return [*called, *self.inputs[name], *self.outputs[name], may_change_float_mode]
 
     def _allocate(self) -> None:
         """Outputs first: a row of the result is then read from neighbouring places."""

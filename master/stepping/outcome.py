@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -21,6 +21,9 @@ COMPLETED, DIVERGED, FAILED, INTERRUPTED, OVERRUN, TERMINATED = (
     "overrun",
     "terminated",
 )
+
+
+ProgressCallback = Callable[[int], None]
 
 
 @dataclass(frozen=True)

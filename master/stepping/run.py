@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import signal
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from contextlib import nullcontext
 from typing import Any
 
@@ -22,30 +22,26 @@ from master.stepping.outcome import (
     OVERRUN,
     TERMINATED,
     Outcome,
+    ProgressCallback,
     RunOptions,
 )
-from master.system.graph import Port, System
+from master.system.graph import System
 from master.system.grid import Grid
 
 from .failure import failure_of
 from .initialisation import read_initial_values
 from .limit_monitor import make_limit_monitor, used_signals, warnings, what_is_beyond
+from .machine.compiled import Execute
+from .machine.execution import execute_ticks
 from .machine.interpreter import Execution, LimitMonitor, Stop
 from .machine.operations import Deviation
 from .machine.program import Program
+from .recorded import recorded_ports
 from .scenario_player import ScenarioPlayer
 
 _CHUNK_SECONDS = 0.1
 _FIRST_CHUNK = 64
 _MOST_TICKS = 16384  # so that rows on their way to a file need the same memory however fast the FMUs are
-
-Execute = Callable[..., Execution]
-ProgressCallback = Callable[[int], None]
-
-
-def recorded_ports(system: System) -> list[Port]:
-    """List what a run records: all outputs."""
-    return [Port(n, v) for n, i in system.instances.items() for v in i.description.outputs]
 
 
 class RunLoop:
@@ -114,8 +110,8 @@ class RunLoop:
         rows = self.recorder.room(n)
         grid = self.grid
         begin = time.perf_counter()
-        ended = execute(
-            self.program.memory, self.monitor, grid.t0, grid.step_size, self.done, self.done + n, rows
+        ended = execute_ticks(
+            execute, self.program, self.monitor, grid.t0, grid.step_size, self.done, self.done + n, rows
         )
         self.seconds += time.perf_counter() - begin
         if ended.ticks:
@@ -126,12 +122,13 @@ class RunLoop:
     def _report_float_mode(self) -> None:
         """Say whose floating-point mode was undone."""
         cells = self.position.cells
-        slave = int(cells[position.FLOAT_MODE])
-        if slave:
+        slave = int(cells[position.FLOAT_MODE]) - 1
+        if slave >= 0:
             cells[position.FLOAT_MODE] = 0.0
-            cells[position.TICK] = cells[position.FLOAT_TICK]
-            name = list(self.system.instances)[slave - 1]
+            self.position.recall(slave, int(cells[position.FLOAT_TICK]))
+            name = list(self.system.instances)[slave]
             messages.current().note(name, Status.WARNING, "floating point", messages.CHANGES_FLOAT_MODE)
+            self.position.rest(self.done)
 
     def _ended(self, ended: Execution) -> Outcome | None:
         match ended.stop:

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
-from master.fmi.description import Variable
 from master.fmi.slave import Slave
 from master.stepping.machine.program import Floats, Integers, Program
 from master.system.channel import DELAY, DRAWN, FALLBACK, JITTER, MODE, OFFSET, PASS, RANDOM
@@ -87,8 +86,7 @@ class ScenarioPlayer:
         """Carry out all that is due before a tick, endings first."""
         over = [action for end, action in self._acting if end <= tick]
         self._acting = [(end, action) for end, action in self._acting if end > tick]
-        for target in dict.fromkeys(action.target for action in over):
-            self._refresh(target)
+        self._refresh(over)
         due = [event for at, event in self._waiting if at <= tick]
         self._waiting = [(at, event) for at, event in self._waiting if at > tick]
         for event in due:
@@ -96,36 +94,53 @@ class ScenarioPlayer:
 
     def _begin(self, event: ScenarioEvent, tick: int) -> None:
         end = NEVER if event.duration is None else tick + self._grid.ticks_of(event.duration)
+        setting = [action.target for action in event.actions if action.value is not None]
+        self._remember([target for target in setting if target not in self._before])
         for action in event.actions:
-            if action.value is not None and action.target not in self._before:
-                slave, variable = self._slave_and_variable(action.target)
-                [self._before[action.target]] = slave.get([variable])
             if RANDOM in action.columns:
                 row = self._program.channel_of[action.target]
                 self._program.memory.channels[row, RANDOM] = action.columns[RANDOM]
             self._acting.append((end, action))
-            self._refresh(action.target)
+        self._refresh(event.actions)
 
-    def _refresh(self, target: str) -> None:
-        """Let a target have what its acting events make of it, in the order of their beginning."""
-        acting = [action for _, action in self._acting if action.target == target]
-        row = self._program.channel_of.get(target)
-        if row is None:
-            values = [action.value for action in acting if action.value is not None]
-            self._set(target, values[-1] if values else self._before[target])
-            return
-        columns = dict(_NEUTRAL)
-        for action in acting:
-            columns |= {c: number for c, number in action.columns.items() if c != RANDOM}
-        for column, number in columns.items():
-            self._program.memory.channels[row, column] = number
+    def _remember(self, targets: Sequence[str]) -> None:
+        """Read values before they are set."""
+        for instance, own in self._by_instance(targets).items():
+            slave = self._slaves[instance]
+            found = slave.get([self._system.port(target).variable for target in own])
+            self._before |= zip(own, found, strict=True)
 
-    def _set(self, target: str, value: float) -> None:
-        slave, variable = self._slave_and_variable(target)
-        slave.set([variable], [value])
-        if target in self._program.place:  # an element of an array that is set as a whole each step
-            self._program.values[self._program.place[target]] = value
+    def _refresh(self, actions: Iterable[Action]) -> None:
+        """Let the targets of actions have what all acting events make of them, in the order of beginning."""
+        acting: dict[str, list[Action]] = {action.target: [] for action in actions}
+        for _, action in self._acting:
+            if action.target in acting:
+                acting[action.target].append(action)
+        values: dict[str, float] = {}
+        for target, own in acting.items():
+            row = self._program.channel_of.get(target)
+            if row is None:
+                given = [action.value for action in own if action.value is not None]
+                values[target] = given[-1] if given else self._before[target]
+                continue
+            columns = dict(_NEUTRAL)
+            for action in own:
+                columns |= {c: number for c, number in action.columns.items() if c != RANDOM}
+            for column, number in columns.items():
+                self._program.memory.channels[row, column] = number
+        self._set(values)
 
-    def _slave_and_variable(self, target: str) -> tuple[Slave, Variable]:
-        port = self._system.port(target)
-        return self._slaves[port.instance], port.variable
+    def _set(self, values: Mapping[str, float]) -> None:
+        """Set values, those of an instance at once, and where each step sets them too, what it sets."""
+        for instance, own in self._by_instance(values).items():
+            variables = [self._system.port(target).variable for target in own]
+            self._slaves[instance].set(variables, [values[target] for target in own])
+        for target, value in values.items():
+            if target in self._program.place:  # an element of an array that is set as a whole each step
+                self._program.values[self._program.place[target]] = value
+
+    def _by_instance(self, targets: Iterable[str]) -> dict[str, list[str]]:
+        found: dict[str, list[str]] = {}
+        for target in targets:
+            found.setdefault(SignalName(target).instance, []).append(target)
+        return found

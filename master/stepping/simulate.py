@@ -12,17 +12,14 @@ from master.fmi.description import Description
 from master.fmi.fmi2 import Fmi2Slave
 from master.fmi.fmi3 import Fmi3Slave
 from master.fmi.messages import MessageLog
-from master.fmi.native import calls
+from master.fmi.saved_state import StateCall, call_state
 from master.fmi.slave import Slave
 from master.process import position
 from master.stepping.machine.compiled import compiled as compiled_execute
 from master.stepping.machine.interpreter import execute
 from master.stepping.machine.program import Program
-from master.stepping.outcome import (
-    Outcome,
-    RunOptions,
-)
-from master.stepping.run import ProgressCallback, RunLoop
+from master.stepping.outcome import Outcome, ProgressCallback, RunOptions
+from master.stepping.run import RunLoop
 from master.system.graph import System
 from master.system.grid import Grid
 
@@ -92,7 +89,7 @@ def running(
     slaves: dict[str, Slave] = {}
     failed: dict[str, str] = {}
     outcome: Outcome | None = None
-    position.current().begin()
+    position.current().begin(grid.t0, grid.step_size)
     with messages.collecting(log):
         try:
             for name, instance in system.instances.items():
@@ -127,5 +124,4 @@ def _free_states(program: Program, slaves: Mapping[str, Slave], failed: Collecti
     states = program.memory.states
     for i, name in enumerate(program.names):
         if states[i] and name not in failed:
-            interface = slaves[name].interface()
-            calls.state(interface.free_state, interface.component, states.ctypes.data + 8 * i)
+            call_state(slaves[name], StateCall.FREE, states.ctypes.data + 8 * i)

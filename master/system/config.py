@@ -21,7 +21,7 @@ from master.coupling.methods.catalogue import OrderEntry
 from master.errors import ConfigError, Problem
 from master.text.fields import (
     Finite,
-    GivenValue,
+    GivenSetting,
     InstanceName,
     Integer,
     Name,
@@ -103,7 +103,7 @@ class Event(Section):
     at: Finite | None = None
     when: str | None = None
     duration: Seconds | None = Field(None, alias="for")
-    set: Annotated[dict[SignalKey, GivenValue], OrEmpty] = {}
+    set: Annotated[dict[SignalKey, GivenSetting], OrEmpty] = {}
     freeze: list[Signal] = []
     drop: list[Signal] = []
     offset: Annotated[dict[SignalKey, Finite], OrEmpty] = {}

@@ -8,6 +8,7 @@ from functools import cached_property
 
 from master.errors import ConfigError, Problem, nearest
 from master.fmi.description import Description, Kind, Variable
+from master.fmi.structure import with_structure
 from master.fmi.units import Conversion, conversion
 from master.fmi.values import settable
 from master.text.scalar import Setting
@@ -131,6 +132,7 @@ def join(
 ) -> tuple[System, list[str]]:
     """Join as `build_system` does, and return what is right with the faults of the rest."""
     problems: list[str] = []
+    descriptions = _with_structures(loaded, descriptions, overrides, problems)
     wires = _wires(loaded, descriptions, problems)
     connected = {w.target.name for w in wires}
     instances = {
@@ -145,6 +147,27 @@ def join(
     problems += _variant_faults(loaded, instances, connected, unread)
     _check_signals(loaded, descriptions, problems)
     return System(instances, tuple(wires), unread), problems
+
+
+def _with_structures(
+    loaded: LoadedConfig,
+    descriptions: Descriptions,
+    overrides: Mapping[str, tuple[str, Setting]],
+    problems: list[str],
+) -> Descriptions:
+    """Give arrays the sizes that the values of structural parameters ask for."""
+    found = dict(descriptions)
+    changed = {SignalName(signal): value for signal, (_, value) in overrides.items()}
+    for name, d in descriptions.items():
+        if d is None or not any(v.is_structural for v in d.variables):
+            continue
+        entry = loaded.config.fmus[name]
+        own = {signal.variable: value for signal, value in changed.items() if signal.instance == name}
+        try:
+            found[name] = with_structure(d, {**entry.start, **entry.parameters, **own})
+        except ConfigError as error:
+            problems += [problem.at(loaded.where("fmus", name)) for problem in error.problems]
+    return found
 
 
 def _start(
@@ -175,18 +198,22 @@ def _start(
 def _variant_faults(
     loaded: LoadedConfig, instances: Mapping[str, Instance], connected: set[str], unread: tuple[str, ...]
 ) -> list[str]:
-    """Faults of all variants, chosen or not."""
-    entries = (
-        (loaded.where("variants", variant, name, key), f"{name}.{key}", value)
-        for variant, fmus in loaded.config.variants.items()
-        for name, values in fmus.items()
-        for key, value in values.items()
-    )
-    faults = (
-        (where, _override(dict(instances), signal, value, connected, unread))
-        for where, signal, value in entries
-    )
-    return [f"{where}: {fault}" for where, fault in faults if fault is not None]
+    """Faults of all variants, chosen or not; a variant may give arrays other sizes."""
+    faults: list[str] = []
+    for variant, fmus in loaded.config.variants.items():
+        for name, values in fmus.items():
+            own = dict(instances)
+            try:
+                if name in own:
+                    own[name] = replace(own[name], description=with_structure(own[name].description, values))
+            except ConfigError as error:
+                faults += [p.at(loaded.where("variants", variant, name)) for p in error.problems]
+                continue
+            for key, value in values.items():
+                fault = _override(own, f"{name}.{key}", value, connected, unread)
+                if fault is not None:
+                    faults.append(f"{loaded.where('variants', variant, name, key)}: {fault}")
+    return faults
 
 
 def _override(

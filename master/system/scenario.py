@@ -3,7 +3,8 @@ A scenario: what happens to values and connections during a run, at a time or wh
 
 A fault of the measuring chain acts on a connected input through its channel: `freeze` holds the last
 value, `drop` gives the FMU's own start value, `offset` adds, `delay` and `jitter` age the value by
-whole ticks. `set` changes a tunable parameter or an input that is not connected.
+whole ticks. `set` changes a tunable parameter or an input that is not connected. The name of an array (FMI
+3.0) is that of all of its elements.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from dataclasses import dataclass, field
 
 from master.errors import ConfigError, Problem, shown
 from master.fmi.description import Kind, Variable
-from master.fmi.values import parse
+from master.fmi.values import named_by, parse, spread
 from master.text.fields import finite
 from master.text.scalar import Value, float_of
 from master.text.signal_name import SignalName
@@ -138,7 +139,7 @@ class _EventReader:
             *self._channel_actions(given.drop, {MODE: DROP}),
         ]
         for target, amount in given.offset.items():
-            if self._bears_offset(target, amount):
+            if self._bears_offset(self._elements(target)[0], amount):
                 actions += self._channel_actions([target], {OFFSET: amount})
         for target, ticks in given.delay.items():
             actions += self._channel_actions([target], {DELAY: float(ticks)})
@@ -212,15 +213,31 @@ class _EventReader:
             return True
         return False
 
+    def _elements(self, target: str) -> list[str]:
+        """Signals that a target is: the elements of an array, or itself."""
+        name = SignalName(target)
+        description = self.descriptions.get(name.instance)
+        variables = () if description is None else named_by(description, name.variable)
+        return [f"{name.instance}.{v.name}" for v in variables] or [target]
+
     def _set_actions(self) -> Iterator[Action]:
         for target, value in self.given.set.items():
-            fault = signal_fault(self.descriptions, target, ("parameter", "input"))
+            fault = signal_fault(self.descriptions, self._elements(target)[0], ("parameter", "input"))
             if fault is not None:
                 self.problems.append(fault.at("set"))
                 continue
-            variable = self._variable(target)
-            if variable is not None:
-                yield from self._set(target, variable, value)
+            name = SignalName(target)
+            description = self.descriptions[name.instance]
+            if description is None:
+                continue
+            try:
+                pairs = spread(description, name.variable, value)
+            except ValueError as error:
+                self.problems.append(Problem.of_line(f"set: {target}: {error}"))
+                continue
+            for variable, one in pairs:
+                primary = description.primary(variable.name)
+                yield from self._set(f"{name.instance}.{variable.name}", primary, one)
 
     def _set(self, target: str, variable: Variable, value: Value) -> Iterator[Action]:
         if self._reached(target) in self.connected:
@@ -239,7 +256,7 @@ class _EventReader:
                 self.problems.append(problem)
 
     def _channel_actions(self, targets: Iterable[str], columns: Mapping[int, float]) -> Iterator[Action]:
-        for target in targets:
+        for target in (element for named in targets for element in self._elements(named)):
             reached = self._reached(target)
             if reached in self.connected:
                 yield Action(reached, columns)

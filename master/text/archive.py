@@ -119,11 +119,9 @@ class Archive:
             target.parent.mkdir(parents=True, exist_ok=True)
             target.write_bytes(self.read(name))
 
-    def unpacked(
-        self, wanted: Callable[[str], bool], prefix: str = "dockloop-", place: Path | None = None
-    ) -> Path:
-        """Unpack into a new temporary folder, below `place` if given, of which nothing stays if it fails."""
-        folder = Path(tempfile.mkdtemp(prefix=prefix, dir=place))
+    def unpacked(self, wanted: Callable[[str], bool], prefix: str = "dockloop-") -> Path:
+        """Unpack into a new temporary folder, of which nothing stays if it fails."""
+        folder = Path(tempfile.mkdtemp(prefix=prefix))
         try:
             self.extract(wanted, folder)
         except BaseException:

@@ -2,7 +2,7 @@ import pytest
 
 from master.errors import ConfigError
 from master.fmi.description_reader import read_description
-from tests.foreign.build import TYPES_3, describe_3
+from tests.foreign.build import TYPES_3
 from tests.foreign.foreign import COMPILED, run, wires
 
 pytestmark = COMPILED
@@ -81,13 +81,6 @@ def test_arrays_of_different_shapes_and_an_element_twice_are_refused(fmu, tmp_pa
     shapes, twice = (problem.split(": ", 1)[1] for problem in caught.value.problems)
     assert shapes == "connections[0]: shapes differ, got a.ib up to [2] -> b.a up to [2,3], expected the same"
     assert twice.startswith("connections[2].to: has two sources, got 'b.ba[2]' again")
-
-
-def test_a_structural_parameter_keeps_its_value(fmu, tmp_path):
-    structural = 'causality="structuralParameter" variability="fixed" start="6" initial="exact"'
-    fmu("3.0", describe_3(more=f'<UInt64 name="n" valueReference="140" {structural}/>'))
-    with pytest.raises(ConfigError, match=r"start\.n: cannot be set, got 'n' \(a structural parameter"):
-        run(tmp_path, {"a": {"source": "./types3.fmu", "start": {"n": 3}}})
 
 
 def test_an_array_element_is_wired_and_the_others_keep_their_start_values(fmu, tmp_path):

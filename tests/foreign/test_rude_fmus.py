@@ -82,7 +82,7 @@ def test_the_mode_that_an_fmu_sets_reaches_no_bit_of_another_one_or_of_a_wire(ru
     small = rows["victim.small"]
     assert np.any((small > 0.0) & (small < np.finfo(float).tiny))
     said = [m for m in summary["messages"] if m["category"] == "floating point"]
-    assert {m["fmu"] for m in said} == {"rude"}
+    assert {(m["fmu"], m["t"]) for m in said} == {("rude", 0.0)}
 
 
 def test_memory_stays_flat_with_a_message_a_step(run):

@@ -20,11 +20,13 @@ from master.coupling.methods.catalogue import method_of
 from master.coupling.schedule import Schedule
 from master.errors import FmuError
 from master.fmi.description import Description, Kind, Variable
-from master.fmi.native import calls
+from master.fmi.saved_state import StateCall, call_state
 from master.fmi.slave import Slave
+from master.process import position
 from master.stepping.compiler import build_program
 from master.stepping.failure import failure_of
 from master.stepping.machine.compiled import compiled
+from master.stepping.machine.execution import execute_ticks
 from master.stepping.machine.interpreter import Stop, finite_only
 from master.stepping.machine.operations import is_bad
 from master.stepping.simulate import SlaveFactory
@@ -107,6 +109,7 @@ def measure_running(question: Question, slave: Slave) -> Responses:
 
 def started(question: Question, factory: SlaveFactory) -> Slave:
     """Load an FMU and start it with its inputs held."""
+    position.current().begin(question.t0, question.step_size)
     slave = factory(question.instance.name, question.instance.description)
     try:
         slave.enter_initialisation(question.instance.start, question.t0)
@@ -176,7 +179,7 @@ class Bench:
 
     def save(self) -> None:
         """Remember the state that pulses start from."""
-        self._state_call("get_state", self.state.ctypes.data)
+        self._state_call(StateCall.SAVE, self.state.ctypes.data)
 
     def pulse(self, place: int, delta: float, ticks: tuple[int, int]) -> Floats:
         """Run with one input raised during the first step, and go back to the saved state."""
@@ -185,7 +188,7 @@ class Bench:
         first = self.run(ticks[0], ticks[0] + 1)
         self.slave.set([variable], [value])
         rows = np.concatenate([first, self.run(ticks[0] + 1, ticks[1])])
-        self._state_call("set_state", int(self.state[0]))
+        self._state_call(StateCall.RESTORE, int(self.state[0]))
         return rows
 
     def run(self, begin: int, end: int) -> Floats:
@@ -193,7 +196,7 @@ class Bench:
         rows = np.empty((end - begin, len(self.record)))
         t0, h = self.question.t0, self.question.step_size
         monitor = finite_only(self.record)
-        ended = compiled()(self.program.memory, monitor, t0, h, begin, end, rows)
+        ended = execute_ticks(compiled(), self.program, monitor, t0, h, begin, end, rows)
         if ended.stop == Stop.DONE:
             return rows
         name, time = self.question.instance.name, t0 + (begin + ended.ticks) * h
@@ -203,9 +206,8 @@ class Bench:
         message = self.slave.last_message() or "its outputs are not finite"
         raise FmuError(name, message, time=time)
 
-    def _state_call(self, name: str, argument: int) -> None:
-        interface = self.slave.interface()
-        if is_bad(calls.state(getattr(interface, name), interface.component, argument)):
+    def _state_call(self, call: StateCall, argument: int) -> None:
+        if is_bad(call_state(self.slave, call, argument)):
             self.failed = True
             message = self.slave.last_message() or "its state cannot be saved and set"
             raise FmuError(self.question.instance.name, message)
@@ -213,7 +215,7 @@ class Bench:
     def free(self) -> None:
         """Return the saved state back."""
         if not self.failed and self.state[0]:
-            self._state_call("free_state", self.state.ctypes.data)
+            self._state_call(StateCall.FREE, self.state.ctypes.data)
 
     def close(self) -> None:
         """End the FMU."""

@@ -11,7 +11,7 @@ method's.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple, Protocol
 
 from pydantic import Field
@@ -56,10 +56,6 @@ class Emitter(Protocol):
 
     def step(self, instance: str, every: int, back: int | None = None, length: int | None = None) -> None:
         """Step from `back` ticks before the end of the tick over `length` ticks; `every` if None."""
-        ...
-
-    def refuse_faults(self, wires: Sequence[Wire], why: str) -> None:
-        """Raise ConfigError if events act on one of the wires."""
         ...
 
     def save(self, instance: str, every: int) -> None:
@@ -159,6 +155,10 @@ class Method(Section, ABC):
 
     def faults(self, system: System, where: str) -> list[str]:
         """List what the system asks of its members that the method cannot do."""
+        return []
+
+    def event_faults(self, system: System, targets: Collection[str]) -> list[str]:
+        """List the connected inputs under events, of those given, on which events cannot act."""
         return []
 
     def closes(self, wire: Wire) -> bool:

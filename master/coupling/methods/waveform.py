@@ -21,7 +21,7 @@ Source      E. Lelarasmee, A. E. Ruehli, A. L. Sangiovanni-Vincentelli, IEEE Tra
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 from pydantic import Field
@@ -65,11 +65,19 @@ class Waveform(Iterated):
                 )
         return found
 
+    def event_faults(self, system: System, targets: Collection[str]) -> list[str]:
+        inner = [w.target.name for n in self.members for w in system.wires_into(n) if self.closes(w)]
+        return [
+            f"{name} is closed over a window of {self.window} ticks by a waveform group, got a fault on it, "
+            "expected it elsewhere"
+            for name in inner
+            if name in targets
+        ]
+
     def emit(self, emitter: Emitter, every: Mapping[str, int]) -> None:
         window = self.window
         wires = [w for name in self.members for w in emitter.wires_into(name)]
         inner = [w for w in wires if self.closes(w)]
-        emitter.refuse_faults(inner, f"is closed over a window of {window} ticks by a waveform group")
         leaving = {w.source.name: w for w in inner}
         taken = self._collected(emitter, [w for w in wires if not self.closes(w)])
         taken |= {w.target.name: emitter.places(f"{w.target.name} in the window", window) for w in inner}

@@ -128,4 +128,9 @@ def _models(
 
 
 def _numbers(parameters: Mapping[str, Any]) -> dict[str, float | str]:
-    return {name: value for name, value in parameters.items() if isinstance(value, (int, float, str))}
+    """Numbers of a system; its other values are those of the case's own system."""
+    return {
+        name: float(value)
+        for name, value in parameters.items()
+        if isinstance(value, int | float) and not isinstance(value, bool)
+    }

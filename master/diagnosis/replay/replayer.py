@@ -19,10 +19,12 @@ from master.errors import ConfigError, FmuError
 from master.fmi.description import Description, Kind, Variable
 from master.fmi.slave import Slave
 from master.fmi.units import conversion
+from master.process import position
 from master.stepping.compiler import build_program
 from master.stepping.failure import failure_of
 from master.stepping.initialisation import initialise, read_initial_values
 from master.stepping.machine.compiled import compiled
+from master.stepping.machine.execution import execute_ticks
 from master.stepping.machine.interpreter import Execution, LimitMonitor, Stop, finite_only
 from master.stepping.simulate import FATAL, SlaveFactory, load
 from master.system.graph import Instance, Port, System, Wire
@@ -111,6 +113,7 @@ class Player:
         out = np.full((n // every + 1, len(self.names)), np.nan)
         self.failure = None
         try:
+            position.current().begin(first * step, step)
             self._initialise(values, data[first], first * step)
         except FmuError as error:
             self._fail(error, 0)
@@ -120,7 +123,7 @@ class Player:
         self._program.feed(data[first : first + n + 1])
         rows = np.empty((n, len(self.names)))
         self._monitor.first_beyond[:] = -1
-        ended = compiled()(self._program.memory, self._monitor, first * step, step, 0, n, rows)
+        ended = execute_ticks(compiled(), self._program, self._monitor, first * step, step, 0, n, rows)
         complete = rows[every - 1 : ended.ticks : every]
         out[1 : 1 + len(complete)] = complete
         self._note(ended, first * step + ended.ticks * step, every)

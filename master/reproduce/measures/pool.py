@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import as_completed
+from concurrent.futures.process import BrokenProcessPool
 
 from master.process.workers import workers
 
@@ -54,11 +55,15 @@ def perform_all(wishes: Wishes, progress: Progress, processes: int | None = None
     if processes <= 1:
         return _one_by_one(parts, progress)
     found: Recordings = {}
-    with workers(processes, "spawn") as pool:
-        for future in as_completed([pool.submit(perform_part, part) for part in parts]):
-            part = future.result()
-            found |= part
-            progress(len(part))
+    try:
+        with workers(processes, "spawn") as pool:
+            for future in as_completed([pool.submit(perform_part, part) for part in parts]):
+                part = future.result()
+                found |= part
+                progress(len(part))
+    except BrokenProcessPool:  # an FMU ended a worker: where a command runs, it is known which one
+        missing = [part for part in parts if not part.keys() <= found.keys()]
+        found |= _one_by_one(missing, progress)
     return found
 
 

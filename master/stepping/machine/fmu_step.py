@@ -108,7 +108,7 @@ def step_fmu(
     """
     Set the inputs of an FMU, step it, and get its outputs; up to the first call that fails.
 
-    Whatever the FMU does to the floating-point mode is undone.
+    Whatever an FMU of others does to the floating-point mode is undone.
 
     Args:
         row: Address of its row in `slaves`.
@@ -121,7 +121,8 @@ def step_fmu(
         position: Address of the cells that say where the run is.
     """
     step = _called(row, blocks, t, h, values, scratch, general, position)
-    if restore_float_mode() != 0:
+    may_change_mode = integer_at(row, 7) != 0
+    if may_change_mode and restore_float_mode() != 0 and load(position, FLOAT_MODE, FLOAT64) == 0.0:
         store(position, FLOAT_MODE, FLOAT64, load(position, SLAVE, FLOAT64) + 1.0)
         store(position, FLOAT_TICK, FLOAT64, load(position, TICK, FLOAT64))
     return step

@@ -12,7 +12,7 @@ from master.fmi.native import calls
 from master.fmi.native.cells import LARGEST_SIZE, integer_at, row_at, store
 from master.fmi.native.jit import inner
 from master.fmi.value_types import FLOAT64
-from master.process.position import SLAVE, TICK
+from master.process import position as cell
 
 from .fmu_step import ANSWERS, RESTORED, SAVED, STEPPED, copy, feed, record, step_fmu
 from .operations import ENDED_WITHIN, channel, close_loop, extrapolate, is_bad, mapped
@@ -36,6 +36,13 @@ from .program import (
 )
 
 LARGEST = float(np.finfo(np.float64).max)  # the limit of a signal that has only to be finite
+
+# As numbers of their own, for compiled code.
+PHASE = cell.PHASE
+SLAVE = cell.SLAVE
+TICK = cell.TICK
+SAVING = float(cell.SAVING)
+RESTORING = float(cell.RESTORING)
 
 
 class Stop(IntEnum):
@@ -119,8 +126,10 @@ def _move(memory: Memory, k: int, code: int, a: int, b: int, c: int, d: int) -> 
 
 
 @inner
-def _save_or_restore(memory: Memory, code: int, slave: int, function: int) -> int:
+def _save_or_restore(memory: Memory, code: int, slave: int, function: int, position: int) -> int:
     """Execute SAVE or RESTORE; give the status."""
+    store(position, SLAVE, FLOAT64, float(slave))
+    store(position, PHASE, FLOAT64, SAVING if code == SAVE else RESTORING)
     argument = memory.states.ctypes.data + 8 * slave if code == SAVE else memory.states[slave]
     return calls.state(function, memory.slaves[slave, 0], argument)
 
@@ -250,7 +259,7 @@ def execute(  # noqa: C901 - the one dispatch over all operations, in one functi
                 if not decision.closed:
                     ended = -1  # what was asked for in a pass is taken back with it
             else:
-                status = _save_or_restore(memory, code, a, b)
+                status = _save_or_restore(memory, code, a, b, position)
                 if is_bad(status):
                     return Execution(FAILED, row, i, status, SAVED if code == SAVE else RESTORED)
             i += 1

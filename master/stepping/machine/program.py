@@ -71,7 +71,7 @@ COPY, FEED, STEP, KEEP, COLLECT, EXTRAPOLATE, CHANNEL, MAP, SAVE, RESTORE, CHECK
 # Cells of a row, see `Memory`.
 OPERATION_WIDTH = 6
 BLOCK_WIDTH = 6
-SLAVE_WIDTH = 7
+SLAVE_WIDTH = 8
 COPY_WIDTH = 3
 FEED_WIDTH = 2
 CONVERSION_WIDTH = 2
@@ -86,7 +86,8 @@ class Memory(NamedTuple):
 
     `operations`: [code, every, a, b, c, d], see the table of this module
     `blocks`: [setter or getter, address of the references, n, n values, type, first place in values]
-    `slaves`: [component, FMI version, do_step, first block to set, after the last, first to get, after]
+    `slaves`: [component, FMI version, do_step, first block to set, after the last, first to get, after,
+              may change the floating-point mode]
     `copies`: [source, target, conversion]
     `conversions`: [factor, offset]
     `maps`: [value, what MAP puts in its place]
@@ -132,14 +133,19 @@ class BlockRow(NamedTuple):
 
 @dataclass
 class Program:
-    """A program with the names that belong to its numbers."""
+    """A program with the names that belong to its numbers; `slaves` are instances and FMI versions."""
 
     memory: Memory
     place: dict[str, int]
-    names: list[str]
+    slaves: list[tuple[str, int]]
     loop_wires: list[str]
     channel_of: dict[str, int]
     keep_alive: list[NDArray[np.uint32]] = field(default_factory=list)
+
+    @property
+    def names(self) -> list[str]:
+        """Instances, by their numbers."""
+        return [name for name, _ in self.slaves]
 
     @property
     def operations(self) -> Integers:
@@ -175,7 +181,7 @@ class Program:
 
     def instance_of(self, operation: int) -> str:
         """Name the slave that an operation belongs to."""
-        return self.names[int(self.operations[operation, 2])]
+        return self.slaves[int(self.operations[operation, 2])][0]
 
     def blocks_to_set(self, operation: int) -> list[BlockRow]:
         """Setters that a STEP calls."""

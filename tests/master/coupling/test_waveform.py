@@ -10,6 +10,7 @@ from scipy.linalg import expm
 
 from master.errors import ConfigError
 from master.system.config import Config, LoadedConfig
+from master.system.inputs import Feed, MeasuredInputs
 from master.system.scenario import make_scenario
 from tests.linear_blocks import Linear
 from tests.stubs import Block, bench, clock, gain, integrator, variables, wire
@@ -79,6 +80,27 @@ def test_each_step_of_a_window_takes_the_value_of_its_own_tick_from_outside(orde
     made = bench({"clock": clock(), "sum": integrator()}, [wire("clock.t", "sum.u")], order)
 
     assert made.run(9, compiled=True).result["sum.x"].tolist() == expected
+
+
+@pytest.mark.parametrize("compiled", [False, True])
+def test_each_step_of_a_window_takes_the_measured_value_of_its_own_tick(compiled):
+    """The sum of the recording's rows 1 to 4 after the first window, and 1 to 8 after the second."""
+    made = bench({"sum": integrator()}, [], [waveform(["sum"], 4)])
+    feed = Feed("recording.u", "sum.u")
+    inputs = MeasuredInputs((feed,), np.arange(10.0)[:, None] ** 2)
+    result = made.run(9, inputs=inputs, compiled=compiled).result
+
+    assert result["sum.x"].tolist() == [0, 0, 0, 0, 30, 30, 30, 30, 204, 204]
+
+
+def test_measured_values_reach_every_pass_of_a_window_over_a_loop():
+    """The loop p = -q/2 + w, q = p with w the measured t: the solution is t/1.5 at each window's end."""
+    blocks = {"p": affine(-0.5, []), "q": affine(1.0, [])}
+    made = bench(blocks, [wire("p.y", "q.u"), wire("q.y", "p.u")], [waveform(["p", "q"], 3)])
+    inputs = MeasuredInputs((Feed("recording.w", "p.w"),), np.arange(10.0)[:, None])
+    result = made.run(9, inputs=inputs).result
+
+    np.testing.assert_allclose(result["q.y"][3::3], np.array([3.0, 6.0, 9.0]) / 1.5, rtol=0.0, atol=1e-12)
 
 
 def test_the_ledger_counts_the_window_for_what_leaves_it_only():

@@ -239,3 +239,19 @@ def test_a_step_that_no_run_bears_is_refused(bay, step_size):
     [fault] = bay.faults(TEXT.replace("step_size: 0.5", f"start_time: 3\nstep_size: {step_size}"))
 
     assert fault.startswith("system.yaml:4: stop_time: ")
+
+
+def test_an_fmu_whose_step_is_longer_than_the_run_is_noted(bay):
+    text = TEXT.replace("{source: clock.fmu}", "{source: clock.fmu, every: 9}")
+
+    assert prepare(bay.write(text.replace("9}", "8}"))).notes == []
+    note = "clock is never stepped, got a step every 9 ticks in a run of 8"
+    assert prepare(bay.write(text)).notes == [note]
+
+
+def test_an_event_within_a_waveform_group_is_refused_before_a_run(bay):
+    order = "coupling: {order: [{waveform: [clock, mass], window: 3}]}\n"
+    [fault] = bay.faults(TEXT + order + "events: [{at: 2.0, freeze: mass.u}]\n")
+
+    assert "events" in fault
+    assert "mass.u is closed over a window of 3 ticks by a waveform group, got a fault on it" in fault

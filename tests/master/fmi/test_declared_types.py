@@ -3,7 +3,7 @@
 import pytest
 
 from master.fmi.description_reader import read_description
-from master.fmi.values import parse, start_notes
+from master.fmi.values import alias_notes, parse, start_notes
 from tests.stubs.descriptions import archive
 
 TYPES_2 = """
@@ -112,3 +112,21 @@ def test_start_values_of_the_fmu_that_break_its_own_rules_are_noted(tmp_path, ve
         f"gear: the FMU's own start value is 2, expected one of low, high; {end}",
     ]
     assert len(start_notes(description, {"plain", "own", "count"})) == 1
+
+
+def test_aliases_of_different_units_are_noted(tmp_path):
+    text = """<fmiModelDescription fmiVersion="2.0" modelName="m" guid="g">
+      <CoSimulation modelIdentifier="m"/>
+      <UnitDefinitions>
+        <Unit name="m"><BaseUnit m="1"/></Unit><Unit name="mm"><BaseUnit m="1" factor="0.001"/></Unit>
+      </UnitDefinitions>
+      <ModelVariables>
+        <ScalarVariable name="a" valueReference="1" causality="output"><Real unit="m"/></ScalarVariable>
+        <ScalarVariable name="b" valueReference="1" causality="output"><Real unit="mm"/></ScalarVariable>
+        <ScalarVariable name="c" valueReference="1" causality="output"><Real unit="m"/></ScalarVariable>
+      </ModelVariables><ModelStructure/></fmiModelDescription>"""
+    (tmp_path / "modelDescription.xml").write_text(text)
+
+    assert alias_notes(read_description(tmp_path)) == [
+        "b: shares a value with a, got the units mm and m, expected one"
+    ]

@@ -4,6 +4,7 @@ from master.errors import ConfigError
 from master.fmi.description import Kind
 from master.fmi.description_reader import read_description
 from master.fmi.value_types import FLOAT64, INT32, INT_BOOLEAN
+from tests.conftest import PROJECT
 from tests.stubs.descriptions import XML, archive
 
 U = "ModelVariables/ScalarVariable 'u'"
@@ -158,3 +159,11 @@ def test_a_description_that_breaks_the_standard_is_refused(tmp_path):
         "rope.fmu: modelDescription.xml: ModelStructure/Outputs/Unknown number 1: index: got 99, "
         "expected from 1 to 9, the number of variables"
     )
+
+
+def test_only_native_fmus_of_this_project_are_trusted_with_the_floating_point_mode(rope):
+    own = [read_description(path).keeps_float_mode for path in (PROJECT / "fmus").glob("**/*.fmu")]
+
+    assert own
+    assert all(own)
+    assert not rope.keeps_float_mode

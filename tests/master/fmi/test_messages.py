@@ -104,7 +104,7 @@ def test_a_message_with_a_status_that_fmi_does_not_define_counts_as_an_error_wit
 def at():
     """Move the run to a tick and a function."""
     with position.using(Position()) as present:
-        present.slaves = [("a", 2)]
+        present.step([("a", 2)], 0.0, 1.0)
 
         def move(tick=0, function=""):
             present.enter("a", function)

@@ -1,0 +1,10 @@
+"""What a run records."""
+
+from __future__ import annotations
+
+from master.system.graph import Port, System
+
+
+def recorded_ports(system: System) -> list[Port]:
+    """List what a run records: all outputs."""
+    return [Port(n, v) for n, i in system.instances.items() for v in i.description.outputs]
