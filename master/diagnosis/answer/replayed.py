@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from contextlib import closing
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -21,6 +20,8 @@ from master.diagnosis.replay.candidate_models import links
 from master.diagnosis.replay.replay_bench import ReplayBench
 from master.diagnosis.replay.replayer import Player
 from master.errors import ConfigError
+from master.fmi.description_reader import read_description
+from master.fmi.values import parse
 from master.system.config import LoadedConfig, read_config
 from master.text.signal_name import SignalName
 
@@ -117,20 +118,16 @@ def _models(
         if other.problems:
             raise ConfigError(other.problems)
         folder = other.folder
-        for fmu, entry in other.config.fmus.items():
-            sources[fmu] = entry.source
-            values.setdefault(fmu, {}).update(_numbers(entry.parameters))
-        for key in loaded.case.set:  # what the case sets, it sets in the corrected system too
-            fmu, variable = SignalName(key).parts
-            values[fmu][variable] = system.values[fmu][variable]
+        sources |= {fmu: entry.source for fmu, entry in other.config.fmus.items()}
     targets = {fmu: catalogue.locate(sources[fmu], folder, "native") for fmu in part.fmus}
-    return catalogue.files(targets, catalogue.silent), values
-
-
-def _numbers(parameters: Mapping[str, Any]) -> dict[str, float | str]:
-    """Numbers of a system; its other values are those of the case's own system."""
-    return {
-        name: float(value)
-        for name, value in parameters.items()
-        if isinstance(value, int | float) and not isinstance(value, bool)
-    }
+    files = catalogue.files(targets, catalogue.silent)
+    if other is None:
+        return files, values
+    for fmu in part.fmus:
+        known = read_description(files[fmu]).by_name
+        given = other.config.fmus[fmu].parameters
+        values[fmu] |= {name: parse(known[name], value) for name, value in given.items() if name in known}
+    for key in loaded.case.set:  # what the case sets, it sets in the corrected system too
+        fmu, variable = SignalName(key).parts
+        values[fmu][variable] = system.values[fmu][variable]
+    return files, values
