@@ -24,6 +24,7 @@ from master.diagnosis.data.measured_signals import opened
 from master.diagnosis.data.recordings import Recording
 from master.diagnosis.numerics.arrays import Mask
 from master.diagnosis.numerics.gains import gain
+from master.diagnosis.numerics.least_squares import Fit
 from master.diagnosis.replay.candidate_models import ModelPool, candidates
 from master.diagnosis.replay.placed_effect import PlacedEffect
 from master.diagnosis.replay.replay_bench import ReplayBench
@@ -204,7 +205,11 @@ def _explained(result: PartResult, effects: Sequence[PlacedEffect], judge: Judge
     """Names for what is left, or a law without one; the best so far where the time is up."""
     study = result.study
     places = sorted({e.place for e in effects})
-    named = search(study, result.base, effects)
+
+    def is_adequate(fitted: Fit) -> bool:
+        return all(c.is_silent for c in judge.judge(fitted.predicted, thorough=False))
+
+    named = search(study, result.base, effects, is_adequate=is_adequate)
     result = replace(result, search=named, chosen=named.model, fit=named.fit)
     try:
         named = named_by_limits(study, with_rewritings(study, named, effects), effects)

@@ -6,7 +6,7 @@ What is indistinguishable from the winner is its family; the next effect may dec
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -99,33 +99,68 @@ class _Branch(NamedTuple):
 
 
 def search(
-    study: Study, base: Fit, candidates: Sequence[PlacedEffect], at_most: int = AT_MOST
+    study: Study,
+    base: Fit,
+    candidates: Sequence[PlacedEffect],
+    at_most: int = AT_MOST,
+    is_adequate: Callable[[Fit], bool] = lambda _: False,
 ) -> SearchResult:
-    """Add effects one after the other until none is accepted."""
-    present = _Fitted(ExtendedModel(), base)
-    rounds: list[Round] = []
+    """
+    Add effects one after the other until none is accepted.
+
+    Args:
+        study: The part.
+        base: Its fit without effects.
+        candidates: Effects in their slots.
+        at_most: Number of effects.
+        is_adequate: Whether nothing that is left can be predicted: no more effects are looked for then.
+    """
+    so_far = _SoFar(_Fitted(ExtendedModel(), base), [])
+    try:
+        _add(study, base, candidates, at_most, is_adequate, so_far)
+    except TimeIsUpError:
+        study.say("the time is up, the best so far is kept")
+    present = so_far.present
+    fitted = present.fit
+    if present.model.effects:
+        fitted = study.fitted(present.model, [present.fit.values], PRECISE)
+    return SearchResult(base, present.model, fitted, tuple(so_far.rounds))
+
+
+@dataclass
+class _SoFar:
+    """Where a search is: the model with its fit, and the rounds that led to it."""
+
+    present: _Fitted
+    rounds: list[Round]
+
+
+def _add(
+    study: Study,
+    base: Fit,
+    candidates: Sequence[PlacedEffect],
+    at_most: int,
+    is_adequate: Callable[[Fit], bool],
+    so_far: _SoFar,
+) -> None:
+    """Do the rounds of a search."""
+    rounds = so_far.rounds
     ahead: Round | None = None
     while len(rounds) < at_most:
-        try:
-            step = ahead or _step(study, present, candidates)
-        except TimeIsUpError:
-            break
+        present = so_far.present
+        step = ahead or _step(study, present, candidates)
         ahead = None
         is_last = len(rounds) + 1 == at_most
         if len(step.family) > 1 and not is_last and not _is_enough(study, base, step.family[0].gain.fit):
-            try:
-                decided = _looked_ahead(study, base, step, candidates)
-            except TimeIsUpError:
-                decided = None
-            if decided is not None:
-                step = decided.step
-                ahead = decided.after
+            decided = _looked_ahead(study, base, step, candidates)
+            step = decided.step
+            ahead = decided.after
         if _is_enough(study, base, present.fit):
             step = _most_of_the_rest(step)
         if step.family and present.model.effects:
             again = study.fitted(present.model, [step.family[0].gain.fit.values], PRECISE)
             if again.cost < (1.0 - FALLS) * present.fit.cost:  # the effects before were not at their best
-                present = _Fitted(present.model.started_at(again.values), again)
+                so_far.present = _Fitted(present.model.started_at(again.values), again)
                 ahead = None
                 continue
         rounds.append(step)
@@ -133,13 +168,12 @@ def search(
             break
         winner = step.family[0]
         chosen = winner.model.started_at(winner.gain.fit.values)
-        present = _pruned(study, _Fitted(chosen, winner.gain.fit))
-        if present.model.effects != chosen.effects:
+        so_far.present = _Fitted(chosen, winner.gain.fit)
+        so_far.present = _pruned(study, so_far.present)
+        if so_far.present.model.effects != chosen.effects:
             ahead = None
-    fitted = present.fit
-    if present.model.effects:
-        fitted = study.fitted(present.model, [present.fit.values], PRECISE)
-    return SearchResult(base, present.model, fitted, tuple(rounds))
+        if len(step.family) == 1 and is_adequate(so_far.present.fit):
+            break
 
 
 def _most_of_the_rest(step: Round) -> Round:
