@@ -237,7 +237,8 @@ class Judge:
 
         own = self.tangents[:, i, :]
         if recorded.signals:
-            judged(Kind.LINEAR, "", ridge(left, np.hstack([recorded.linear, own]), folds))
+            held = ridge(left, np.hstack([recorded.linear, own]), folds)
+            judged(Kind.LINEAR, self._nearest_part(left), held)
         for law, columns in self.laws.items():
             judged(Kind.LAW, str(law), ridge(left, np.hstack([columns[:, i, :], own]), folds), law)
         if thorough and recorded.signals:
@@ -250,6 +251,22 @@ class Judge:
                 judged(Kind.MODULATED, name, line(left, rows, recorded.times, folds, highest=highest))
                 judged(Kind.PERIODIC, name, line_over(left, rows, folds))
         return found
+
+    def _nearest_part(self, left: Array) -> str:
+        """The one signal, memory or mode that the residual follows most, in words."""
+        rows = self.folds.rows
+        e = left[rows] - left[rows].mean()
+        best = ""
+        most = 0.0
+        for name, columns in self.recorded.linear_parts.items():
+            a = columns[rows] - columns[rows].mean(axis=0)
+            normal = a.T @ a
+            target = a.T @ e
+            taken = float(target @ np.linalg.lstsq(normal, target, rcond=1e-10)[0])
+            if taken > most:
+                most = taken
+                best = name
+        return best
 
     def _events(self, left: Array) -> tuple[float, ...]:
         """Times of the windows that hold most of the power, if few of them do [s]."""

@@ -64,21 +64,31 @@ class Recorded:
         return dict(list(kept.items())[:MOST_SHAKING])
 
     @cached_property
+    def linear_parts(self) -> dict[str, Array]:
+        """Linear dynamics in words, and their columns, shape (rows, m): signals, memories, modes."""
+        period = self.study.bench.period
+        parts: dict[str, Array] = {}
+        for name, values in self.signals.items():
+            parts[name] = self._rows([values])
+            for length, column in self._integrals(values, TIMES).items():
+                parts[f"a memory of {length * period:.3g} s of {name}"] = self._rows([column])
+        for name, values in self.accelerations.items():
+            parts[name] = self._rows([values])
+            for frequency, columns in self._resonators(values).items():
+                parts[f"a mode at {frequency / period:.3g} Hz, driven by {name}"] = self._rows(columns)
+        return parts
+
+    @cached_property
     def linear(self) -> Array:
-        """Columns for linear dynamics: signals, leaky integrals, resonators; shape (rows, m)."""
-        columns = []
-        for values in self.signals.values():
-            columns += [values, *self._integrals(values, TIMES)]
-        for values in self.accelerations.values():
-            columns += [values, *self._resonators(values)]
-        return self._rows(columns)
+        """Columns for linear dynamics, shape (rows, m)."""
+        return np.hstack(list(self.linear_parts.values()))
 
     @cached_property
     def nonlinear(self) -> Array:
         """Columns for trees: signals, sizes, signs, integrals, lags, time; shape (rows, m)."""
         columns = []
         for values in self.signals.values():
-            columns += [values, *self._integrals(values, TIMES_OF_TREES)]
+            columns += [values, *self._integrals(values, TIMES_OF_TREES).values()]
             columns += [self._each(partial(_late, lag=lag), values) for lag in LAGS]
         columns.append(self.study.bench.times)
         return self._rows(columns)
@@ -113,13 +123,16 @@ class Recorded:
                 if not any(alike):
                     kept[name] = values
 
-    def _integrals(self, values: Array, times: tuple[float, ...]) -> list[Array]:
+    def _integrals(self, values: Array, times: tuple[float, ...]) -> dict[float, Array]:
+        """Leaky integrals by their time constant [samples]."""
         longest = LONGEST * min(len(r) for r in self.study.bench.recordings.values())
-        return [self._each(partial(lagged, ratio=1.0 / t), values) for t in times if t < longest]
+        return {t: self._each(partial(lagged, ratio=1.0 / t), values) for t in times if t < longest}
 
-    def _resonators(self, values: Array) -> list[Array]:
-        columns = []
-        for frequency in np.geomspace(*RESONANCES, N_RESONATORS):
+    def _resonators(self, values: Array) -> dict[float, list[Array]]:
+        """Answers of resonators and their differences by frequency [1/sample]."""
+        found: dict[float, list[Array]] = {}
+        for frequency in np.geomspace(*RESONANCES, N_RESONATORS).tolist():
+            columns = found.setdefault(frequency, [])
             for damping in DAMPINGS:
                 pole = np.exp(2.0 * np.pi * frequency * (-damping + 1j * np.sqrt(1.0 - damping**2)))
                 gain = 1.0 - abs(pole)
@@ -129,7 +142,7 @@ class Recorded:
 
                 column = self._each(one, values)
                 columns += [column, np.concatenate([[0.0], np.diff(column)])]
-        return columns
+        return found
 
     def _each(self, function: Callable[[Array], Array], values: Array) -> Array:
         """Apply a filter to each recording by itself."""

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from enum import Enum
 
 from fmu_sources.effects.catalogue import listed
-from fmu_sources.effects.framework.common import SMOOTHING
 from master.diagnosis.adequacy.channels import Adequacy, Kind, Predictor
 from master.diagnosis.judge.diagnose import Diagnosis
 from master.diagnosis.judge.part_result import PartResult
@@ -64,10 +63,8 @@ def _claim(part: PartResult, sealed: SealedPart, placed: PlacedEffect) -> Claim:
         return Claim(placed, Status.LEARNED)
     if not part.is_named:
         return Claim(placed, Status.NEAREST, "a law without a name explains more")
-    bounds = [k for k in part.fit.at_bound if placed.owns(k) and placed.short_name(k) != SMOOTHING]
-    if bounds:
-        named = ", ".join(placed.short_name(k) for k in bounds)
-        return Claim(placed, Status.NEAREST, f"{named} is at a bound")
+    if str(placed) in part.objections:
+        return Claim(placed, Status.NEAREST, part.objections[str(placed)])
     if any(str(placed) in family for family in part.families):
         return Claim(placed, Status.ONE_OF_A_CLASS, "other members of its class explain it equally well")
     rest = _same_shape(part, placed)

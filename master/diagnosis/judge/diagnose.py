@@ -40,6 +40,7 @@ from master.text.signal_name import SignalName
 from .channel_faults import ChannelFault, channel_faults
 from .evidence import detect
 from .named_or_learned import named_or_learned
+from .objections import objections
 from .part_result import PartResult
 from .plausible import implausible
 from .refit import refitted
@@ -198,7 +199,8 @@ def _searched(begun: PartResult, system: CutSystem, case: Case, deadline: Deadli
         study.say("what is left after the effects")
         final = Stage(result.chosen.name, judge.judge(result.fit.predicted))
         result = replace(result, stages=(*result.stages, final))
-    return replace(result, channel_faults=tuple(_channel_faults(result)))
+    against = objections(result)
+    return replace(result, channel_faults=tuple(_channel_faults(result)), objections=against)
 
 
 def _explained(result: PartResult, effects: Sequence[PlacedEffect], judge: Judge) -> PartResult:

@@ -34,8 +34,9 @@ class PartResult:
 
     `nominal` is the prediction with the values of the system, shape (rows, outputs). `chosen` and `fit` are
     the model with effects, also where they are not named; `is_named` says whether the effects carry their
-    names. `is_exact`: the replay gives the measurement but for rounding. `stages` judge the refit and
-    each model after it. `without` holds, by effect, the model that lacks it alone, fitted again.
+    names. `is_exact`: the replay gives the measurement but for rounding. `stages` judge the refit and each
+    model after it. `objections` say by effect what forbids to call it traced. `without` holds, by effect, the
+    model that lacks it alone, fitted again.
     """
 
     study: Study
@@ -50,6 +51,7 @@ class PartResult:
     learned: LearnedLaw | None = None
     stages: tuple[Stage, ...] = ()
     software_fault: SoftwareFault | None = None
+    objections: Mapping[str, str] = field(default_factory=dict)
     channel_faults: tuple[ChannelFault, ...] = ()
     without: Mapping[str, WithoutEffect] = field(default_factory=dict)
     correlations: tuple[Correlation, ...] = ()

@@ -40,7 +40,7 @@ def part(effects=(), *, before=None, after=None, **changed):
         "is_named": True,
         "is_exact": False,
         "families": [],
-        "fit": SimpleNamespace(at_bound=()),
+        "objections": {},
         "stages": (first, last) if effects else (first,),
         "final": last if effects else first,
         "software_fault": None,
@@ -88,12 +88,11 @@ def test_what_the_sealed_rows_do_not_confirm_is_not_claimed(rows):
     assert judged(part([FRICTION]), rows) is Verdict.NOT_CONFIRMED
 
 
-def test_a_parameter_at_its_bound_is_never_traced_but_the_rounding_of_a_sign_is_none():
-    level = SimpleNamespace(at_bound=(FRICTION.variable("level"),))
-    smoothing = SimpleNamespace(at_bound=(FRICTION.variable("smoothing"),))
+def test_an_effect_to_which_there_is_an_objection_is_never_traced():
+    own = part([FRICTION], objections={str(FRICTION): "level is at a bound"})
 
-    assert status(part([FRICTION], fit=level), sealed(FRICTION)) == [Status.NEAREST]
-    assert status(part([FRICTION], fit=smoothing), sealed(FRICTION)) == [Status.TRACED]
+    assert status(own, sealed(FRICTION)) == [Status.NEAREST]
+    assert judged(own, sealed(FRICTION)) is Verdict.UNDECLARED
 
 
 def test_a_family_is_one_of_a_class():
