@@ -18,7 +18,14 @@ from threadpoolctl import threadpool_limits
 
 from master.diagnosis.numerics.arrays import TINY, Array, Mask
 from master.diagnosis.numerics.folds import NO_SHARE, Folds, Share, share_of
-from master.diagnosis.numerics.noise_floor import Colour, NoiseFloor, colour_of, from_differences, noise_floor
+from master.diagnosis.numerics.noise_floor import (
+    Colour,
+    NoiseFloor,
+    colour_of,
+    from_differences,
+    noise_floor,
+    step_of,
+)
 from master.diagnosis.numerics.regressors import HeldOut, line, line_over, ridge, trees
 from master.diagnosis.search.extended_model import ExtendedModel
 from master.diagnosis.search.study import Study
@@ -31,6 +38,7 @@ GUARD = 0.1  # s between what is fitted on and what is predicted
 GUARD_ROWS = 5  # at least
 PREDICTABLE = 0.05  # share from which on something recorded predicts the residual
 PREDICTABLE_HIGH = 0.10  # upper end of its interval, from which on it may
+WITHIN_FLOOR = 1.3  # rms over the noise floor, up to which nothing but noise is left
 MANY_FLOORS = 3.5  # rms over the noise floor, that no nuisance makes
 HIGHEST = 0.06  # of the sampling rate: frequency of a line
 MOST_LINES = 8  # signals that may be modulated
@@ -79,9 +87,10 @@ class Adequacy:
     """
     What a model leaves of one channel.
 
-    `rms` is left; `floor` is the channel's own, `passed` the noise of what drives the part, passed
-    through the model, both in the channel's unit. `predictors` are all regressors, the best first.
-    `events` are the times [s] of windows that hold most of the power, where few do.
+    `rms` is left; `floor` is the channel's own, `passed` the noise of what drives the part, passed through the
+    model, both in the channel's unit. `predictors` are all regressors, the best first. `events` are the times
+    [s] of windows that hold most of the power, where few do. `has_steps`: the channel or what drives it is
+    rounded to the steps of a converter.
     """
 
     signal: str
@@ -91,6 +100,7 @@ class Adequacy:
     predictors: tuple[Predictor, ...]
     colour: Colour
     events: tuple[float, ...] = ()
+    has_steps: bool = False
 
     @property
     def noise(self) -> float:
@@ -104,8 +114,14 @@ class Adequacy:
 
     @property
     def best(self) -> Predictor | None:
-        """The regressor that predicts most; None where nothing was recorded that moves."""
-        return self.predictors[0] if self.predictors else None
+        """
+        The regressor that predicts most; None where nothing was recorded that moves.
+
+        Rounding of what was recorded repeats over the signals: within the floor it is no finding.
+        """
+        is_rounding = self.has_steps and self.ratio < WITHIN_FLOOR
+        telling = (p for p in self.predictors if not (is_rounding and p.kind is Kind.PERIODIC))
+        return next(telling, None)
 
     @property
     def share(self) -> Share:
@@ -186,6 +202,11 @@ class Judge:
         ]
 
     @cached_property
+    def is_driven_in_steps(self) -> bool:
+        """Whether a converter wrote something that drives the part."""
+        return any(step_of(values) > 0.0 for values in self.recorded.driving.values())
+
+    @cached_property
     def passed(self) -> Array:
         """Noise of what drives the part, passed through the model, shape (outputs,)."""
         bench = self.study.bench
@@ -224,6 +245,7 @@ class Judge:
             predictors=tuple(sorted(predictors, key=lambda p: -p.share.value)),
             colour=colour_of(own, bench.row_period),
             events=self._events(left),
+            has_steps=self.floors[i].step > 0.0 or self.is_driven_in_steps,
         )
 
     def _predictors(self, i: int, left: Array, *, thorough: bool) -> list[Predictor]:

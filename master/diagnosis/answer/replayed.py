@@ -126,7 +126,11 @@ def _models(
     for fmu in part.fmus:
         known = read_description(files[fmu]).by_name
         given = other.config.fmus[fmu].parameters
-        values[fmu] |= {name: parse(known[name], value) for name, value in given.items() if name in known}
+        values[fmu] |= {
+            name: parse(known[name], value)
+            for name, value in given.items()
+            if name in known and not isinstance(value, list)
+        }
     for key in loaded.case.set:  # what the case sets, it sets in the corrected system too
         fmu, variable = SignalName(key).parts
         values[fmu][variable] = system.values[fmu][variable]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
@@ -127,3 +128,13 @@ def test_nothing_is_missing_only_where_nothing_is_predictable(gain, expected):
 
 def test_a_fault_of_software_is_the_verdict():
     assert judged(part(software_fault="late"), sealed()) is Verdict.SOFTWARE
+
+
+@pytest.mark.parametrize(("ratio", "expected"), [(1.0, Verdict.NOTHING), (2.9, Verdict.UNDECLARED)])
+def test_rounding_of_what_was_recorded_is_noise_within_the_floor(ratio, expected):
+    """A converter of 12 bit repeats over the signals; what is more than its noise is a finding."""
+    own = channel(0.15, ratio=ratio)
+    rounded = replace(own.predictors[0], kind=Kind.PERIODIC)
+    before = replace(own, predictors=(rounded,), has_steps=True)
+
+    assert judged(part(before=before), sealed()) is expected
