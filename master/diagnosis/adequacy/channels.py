@@ -87,10 +87,10 @@ class Adequacy:
     """
     What a model leaves of one channel.
 
-    `rms` is left; `floor` is the channel's own, `passed` the noise of what drives the part, passed through the
-    model, both in the channel's unit. `predictors` are all regressors, the best first. `events` are the times
-    [s] of windows that hold most of the power, where few do. `has_steps`: the channel or what drives it is
-    rounded to the steps of a converter.
+    `rms` is left; `floor` is the channel's own, `passed` the noise of what drives the part, passed through
+    the model, both in the channel's unit. `predictors` are all regressors, the best first. `events` are the
+    times [s] of windows that hold most of the power, where few do. `has_steps`: the channel or what drives it
+    is rounded to the steps of a converter.
     """
 
     signal: str

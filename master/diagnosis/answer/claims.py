@@ -95,7 +95,7 @@ def verdict(diagnosis: Diagnosis, sealed: Mapping[str, SealedPart]) -> Verdict:
     if any(p.software_fault is not None for p in parts):
         return Verdict.SOFTWARE
     found = [c.status for p in parts for c in claims(p, sealed[p.name])]
-    is_adequate = all(p.is_exact or p.final.is_adequate for p in parts)
+    is_adequate = all(not p.is_judged or p.final.is_adequate for p in parts)
     sure = {Status.TRACED, Status.ONE_OF_A_CLASS}
     if found:
         if sure & set(found):
@@ -105,7 +105,7 @@ def verdict(diagnosis: Diagnosis, sealed: Mapping[str, SealedPart]) -> Verdict:
         if all(s is Status.NOT_CONFIRMED for s in found):
             return Verdict.NOT_CONFIRMED
         return Verdict.UNDECLARED
-    if any(not p.is_exact and p.final.is_predictable for p in parts):
+    if any(p.is_judged and p.final.is_predictable for p in parts):
         return Verdict.UNDECLARED
     if not is_adequate:
         return Verdict.UNEXPLAINED

@@ -30,7 +30,7 @@ MOST_PREDICTORS = 6
 
 def sentence(diagnosis: Diagnosis, sealed: Mapping[str, SealedPart]) -> str:
     """The verdict for people."""
-    parts = [p for p in diagnosis.parts if not p.is_exact]
+    parts = [p for p in diagnosis.parts if p.is_judged]
     found = [c for p in parts for c in claims(p, sealed[p.name])]
     names = " and ".join(_named(c.placed) for c in found if c.status is Status.TRACED)
     classes = "; ".join(" or ".join(f) for p in parts for f in p.families)
@@ -61,8 +61,9 @@ def sentence(diagnosis: Diagnosis, sealed: Mapping[str, SealedPart]) -> str:
     )
     channels = "".join(f" {str(f)[0].upper()}{str(f)[1:]}." for p in parts for f in p.channel_faults)
     failed = "".join(f" {name}: {own.failure}." for name, own in sealed.items() if own.failure)
+    unknown = "".join(f" {p.name}: {p.unknown}." for p in diagnosis.parts if p.unknown)
     cut = "" if diagnosis.is_complete else " Stopped before all was tried: this is the best so far."
-    return " ".join(texts[kind].split()) + channels + told + failed + cut
+    return " ".join(texts[kind].split()) + channels + told + unknown + failed + cut
 
 
 def _named(placed: PlacedEffect) -> str:
@@ -136,7 +137,7 @@ def subsystem(diagnosis: Diagnosis) -> str | None:
     if main.fmus:
         return main.fmus[0]
     faulty = [p for p in diagnosis.parts if p.software_fault is not None]
-    left = [p for p in diagnosis.parts if not p.is_exact and not p.final.is_adequate]
+    left = [p for p in diagnosis.parts if p.is_judged and not p.final.is_adequate]
     return next((_likely_place(p) for p in (*faulty, *left)), None)
 
 
@@ -214,7 +215,7 @@ def _channels(part: PartResult) -> dict[str, Any]:
     found = {}
     for i, name in enumerate(part.outputs):
         if not part.stages:
-            found[name] = {"exact": part.is_exact, "stages": []}
+            found[name] = {"exact": part.is_exact, "unknown": part.unknown, "stages": []}
             continue
         last = part.final.channels[i]
         found[name] = {

@@ -44,7 +44,7 @@ from .objections import objections
 from .part_result import PartResult
 from .plausible import implausible
 from .refit import refitted
-from .software_fault import is_software, software_fault
+from .software_fault import is_software, software_fault, ticks_between_rows
 from .stages import REFIT, Stage
 
 N_BLOCKS = 12  # that select
@@ -178,6 +178,11 @@ def _searched(begun: PartResult, system: CutSystem, case: Case, deadline: Deadli
     if begun.is_exact:
         return begun
     study = begun.study
+    faster = ticks_between_rows(study)
+    if faster:
+        names = " and ".join(faster)
+        why = f"{names} ticks between the rows of the recording, and what drove it there is not known"
+        return replace(begun, unknown=why)
     if is_software(study):
         fault = software_fault(study, begun.base.values, begun.base.predicted)
         if fault is not None and fault.is_exact:

@@ -34,9 +34,9 @@ class PartResult:
 
     `nominal` is the prediction with the values of the system, shape (rows, outputs). `chosen` and `fit` are
     the model with effects, also where they are not named; `is_named` says whether the effects carry their
-    names. `is_exact`: the replay gives the measurement but for rounding. `stages` judge the refit and each
-    model after it. `objections` say by effect what forbids to call it traced. `without` holds, by effect, the
-    model that lacks it alone, fitted again.
+    names. `is_exact`: the replay gives the measurement but for rounding. `unknown` says why nothing can be
+    told of the part. `stages` judge the refit and each model after it. `objections` say by effect what
+    forbids to call it traced. `without` holds, by effect, the model that lacks it alone, fitted again.
     """
 
     study: Study
@@ -45,6 +45,7 @@ class PartResult:
     chosen: ExtendedModel
     fit: Fit
     is_exact: bool = False
+    unknown: str = ""
     is_named: bool = True
     has_remainder: bool = False
     search: SearchResult | None = None
@@ -99,6 +100,11 @@ class PartResult:
     def has_effect(self) -> bool:
         """Whether an effect is claimed, with a name or without."""
         return bool(self.chosen.effects)
+
+    @property
+    def is_judged(self) -> bool:
+        """Whether something may be said of what is left: it is no rounding, and its inputs are known."""
+        return not self.is_exact and not self.unknown
 
     @property
     def final(self) -> Stage:

@@ -27,7 +27,7 @@ HELD = (2, 3, 4, 5, 10)  # ticks that a stale value is held
 NOTHING_LEFT = 1e-3  # of the residual before: what a fault leaves that explains it
 EVALUATIONS = 30
 DIFFERENCE = 1e-4  # of a parameter, for a derivative
-FEWEST_AT_LIMIT = 5  # rows
+SAME_PERIOD = 0.01  # relative difference of two periods that are one
 
 
 class _Trial(NamedTuple):
@@ -82,6 +82,20 @@ def is_software(study: Study) -> bool:
     """Whether all FMUs of a part are sampled: what drives them decides what they give, to rounding."""
     models = [study.system.model(fmu) for fmu in study.bench.part.fmus]
     return all(m is not None and m.n_continuous == 0 and m.sample_time is not None for m in models)
+
+
+def ticks_between_rows(study: Study) -> list[str]:
+    """FMUs of a part that tick between the rows of the recording: what drove them there is not known."""
+    found = []
+    for fmu in study.bench.part.fmus:
+        model = study.system.model(fmu)
+        if model is None or model.sample_time is None or model.n_continuous:
+            continue
+        start = study.system.descriptions[fmu].by_name[model.sample_time].start
+        tick = float(study.system.values[fmu].get(model.sample_time, start or 0.0))
+        if 0.0 < tick < study.bench.period * (1.0 - SAME_PERIOD):
+            found.append(fmu)
+    return found
 
 
 def software_fault(study: Study, values: Mapping[str, float], predicted: Array) -> SoftwareFault | None:

@@ -40,6 +40,7 @@ def part(effects=(), *, before=None, after=None, **changed):
         "has_effect": bool(effects),
         "is_named": True,
         "is_exact": False,
+        "is_judged": True,
         "families": [],
         "objections": {},
         "stages": (first, last) if effects else (first,),
