@@ -20,7 +20,7 @@ from master.diagnosis.search.families import Ranked
 from master.diagnosis.search.simplify import AND
 
 from .before_after import SealedPart
-from .claims import Status, Verdict, claims, shape, verdict
+from .claims import NEAR_BEST, Status, Verdict, claims, shape, verdict
 
 UNNAMED = "a law without a name explains more"
 REWRITTEN = "others explain more, or make it needless"
@@ -142,10 +142,26 @@ def subsystem(diagnosis: Diagnosis) -> str | None:
 
 
 def _likely_place(part: PartResult) -> str:
-    """FMU of a part whose slot predicts most of what is left; the part itself where none does."""
-    worst = part.final.worst if part.stages else None
-    laws = [p.law for p in worst.predictors if p.law is not None] if worst is not None else []
-    return laws[0].place.partition(".")[0] if laws else part.name
+    """
+    FMU of a part that what is left points to.
+
+    It is that of the slot whose law predicts about as much as anything does, else that of the slot whose
+    signal the best regressor follows, else that of the channel itself.
+    """
+    fmus = part.study.bench.part.fmus
+    if len(fmus) == 1 or not part.stages:
+        return part.name
+    worst = part.final.worst
+    best = worst.best
+    if best is not None and worst.is_predictable:
+        near = (p.law for p in worst.predictors if p.share.value > NEAR_BEST * best.share.value)
+        law = next((law for law in near if law is not None), None)
+        if law is not None:
+            return law.place.partition(".")[0]
+        for fmu in fmus:
+            if f" of {fmu}." in f" of {best.of}":
+                return fmu
+    return worst.signal.partition(".")[0]
 
 
 def experiment(family: tuple[str, ...]) -> str:

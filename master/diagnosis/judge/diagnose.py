@@ -79,7 +79,12 @@ class Diagnosis:
 
     @property
     def main(self) -> PartResult:
-        """The part with the effect that explains most of its residual; the first where there is none."""
+        """
+        The part with the effect that explains most of its residual.
+
+        Where there is none, the part of which most is left: of faulty software, then of what can be
+        predicted, then over the noise floor.
+        """
 
         def share(part: PartResult) -> float:
             if not part.has_effect:
@@ -91,11 +96,22 @@ class Diagnosis:
             )
             return float(np.log(base / own))
 
-        return max(self.parts, key=share)
+        if any(part.has_effect for part in self.parts):
+            return max(self.parts, key=share)
+        return max(self.parts, key=_what_is_left)
 
     def close(self) -> None:
         """Unload all FMUs."""
         self.open_models.close()
+
+
+def _what_is_left(part: PartResult) -> tuple[bool, float, float]:
+    """How much speaks for a part as the one that lacks something."""
+    if not part.stages:
+        return (part.software_fault is not None, -1.0, 0.0)
+    worst = part.final.worst
+    share = worst.share.value if worst.is_predictable else 0.0
+    return (part.software_fault is not None, share, worst.ratio)
 
 
 def diagnose(loaded: LoadedCase, progress: Progress, deadline: Deadline | None = None) -> Diagnosis:
