@@ -15,13 +15,12 @@ from master import catalogue
 from master.diagnosis.case.cut import CutPart, CutSystem
 from master.errors import ConfigError
 from master.fmi.description_reader import read_description
+from master.fmi.structure import with_structure
 from master.process.workers import workers
 from master.text.signal_name import SignalName
 
 from .placed_effect import PlacedEffect, source_with
 from .replayer import Link, Player
-
-ADVICE = "diagnosis builds models with effects, which needs pip install -e '.[native]'"
 
 
 def candidates(system: CutSystem, part: CutPart, asked: Mapping[str, str | list[str]]) -> list[PlacedEffect]:
@@ -84,7 +83,7 @@ class ModelPool:
             for name, built in zip(stale, building, strict=True):
                 fault = built.result()
                 if fault:
-                    raise ConfigError([f"{name}.fmu: {fault}; {ADVICE}"])
+                    raise ConfigError([f"{name}.fmu: {fault}"])
                 progress(name)
 
     def player(self, effects: tuple[PlacedEffect, ...]) -> Player:
@@ -117,7 +116,7 @@ def links(system: CutSystem, part: CutPart, files: Mapping[str, Path]) -> list[L
     """Make the chain of a part from FMU files: it reads what is compared, what wires need, and the states."""
     chain = []
     for fmu in part.fmus:
-        description = read_description(files[fmu])
+        description = with_structure(read_description(files[fmu]), system.values[fmu])
         compared = [SignalName(key) for key in part.compared]
         sources = [SignalName(source) for wires in part.wired.values() for source in wires.values()]
         read = [signal.variable for signal in (*compared, *sources) if signal.instance == fmu]

@@ -9,7 +9,7 @@ import pytest
 import yaml
 
 from master.diagnosis.answer import corrected_fmus
-from master.diagnosis.answer.corrected_fmus import correct, corrected_values
+from master.diagnosis.answer.corrected_fmus import confirmed, correct, corrected_values
 from master.diagnosis.replay.placed_effect import PlacedEffect
 from master.diagnosis.search.extended_model import ExtendedModel
 from master.system.config import Config
@@ -47,22 +47,15 @@ def diagnosis(parts, folder, variant=None):
 
 
 @pytest.fixture
-def built(monkeypatch, tmp_path):
-    """Builds of FMUs are files that hold their own target."""
+def built(monkeypatch):
+    """Builds of FMUs are files that hold what they were asked for."""
 
-    def files(targets, progress):
-        made = {}
-        for name, target in targets.items():
-            made[name] = tmp_path / "built.fmu"
-            made[name].write_text(f"{target.model} {target.flavour}")
-        return made
+    def build(name, starts, flavour, path):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(f"{name} {flavour} {dict(starts)}")
+        return path
 
-    monkeypatch.setattr(corrected_fmus.catalogue, "files", files)
-    monkeypatch.setattr(
-        corrected_fmus.catalogue,
-        "locate",
-        lambda source, folder, flavour: SimpleNamespace(model=source, flavour=flavour),
-    )
+    monkeypatch.setattr(corrected_fmus, "build_with_starts", build)
 
 
 def test_the_new_model_is_written_in_both_flavours_and_named_in_the_system(built, tmp_path):
@@ -75,14 +68,18 @@ def test_the_new_model_is_written_in_both_flavours_and_named_in_the_system(built
     assert [f.relative_to(out).as_posix() for f in corrected.files] == [
         f"native/{name}.fmu",
         f"python/{name}.fmu",
+        "axis.ssv",
         "rig_2_corrected.yaml",
     ]
     assert corrected.native == {"axis": out / "native" / f"{name}.fmu"}
-    assert corrected.native["axis"].read_text() == f"{name} native"
+    starts = {"mass": 95.5, "friction_coulomb_level": 20.0}
+    assert corrected.native["axis"].read_text() == f"{name} native {starts}"
+    assert 'name="friction_coulomb_level"' in (out / "axis.ssv").read_text()
+    assert 'Real value="95.5"' in (out / "axis.ssv").read_text()
     document = yaml.safe_load(corrected.system.read_text())
     assert document["name"] == "rig_2_corrected"
     assert document["fmus"]["axis"] == {
-        "source": name,
+        "source": f"./native/{name}.fmu",
         "parameters": {"mass": 95.5, "damping": 200.0, "friction_coulomb_level": 20.0},
     }
 
@@ -109,3 +106,19 @@ def test_parameters_that_do_not_pay_stay_as_they_are(built, tmp_path):
 
     assert corrected_values(diagnosis(parts, tmp_path)) == {"box": {"gain": 2.0}}
     assert correct(diagnosis(parts, tmp_path), tmp_path / "out").native == {}
+
+
+def test_what_the_sealed_rows_do_not_confirm_is_not_exported(built, tmp_path):
+    """Files, folders and the corrected system are gone; other files of the folder stay."""
+    own = part([FRICTION], {"axis.mass": 95.5})
+    own.name = "axis"
+    given = diagnosis([own], tmp_path)
+    out = tmp_path / "out"
+    corrected = correct(given, out)
+    (out / "report.json").write_text("{}")
+
+    left = confirmed(given, corrected, {"axis": SimpleNamespace(is_confirmed=False)}, out)
+
+    assert left.files == ()
+    assert left.native == {}
+    assert [f.name for f in out.rglob("*")] == ["report.json"]
