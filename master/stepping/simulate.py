@@ -15,7 +15,7 @@ from master.fmi.messages import MessageLog
 from master.fmi.saved_state import StateCall, call_state
 from master.fmi.slave import Slave
 from master.fmi.status import described, status_name
-from master.process import position
+from master.process import position, signals
 from master.stepping.machine.compiled import compiled as compiled_execute
 from master.stepping.machine.interpreter import execute
 from master.stepping.machine.operations import is_bad
@@ -92,6 +92,7 @@ def running(
     failed: dict[str, str] = {}
     outcome: Outcome | None = None
     position.current().begin(grid.t0, grid.step_size)
+    signals.remind()
     with messages.collecting(log):
         try:
             for name, instance in system.instances.items():

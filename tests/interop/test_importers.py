@@ -122,6 +122,7 @@ def test_the_plain_c_host_needs_nothing_but_the_c_library(given: Vectors, host, 
         assert "Py" not in symbols
 
 
+@pytest.mark.long  # the first executable for Windows compiles the C library of its target
 def test_the_windows_library_under_wine(given: Vectors, host, wine_prefix: Path, tmp_path: Path) -> None:
     wine = shutil.which("wine64", path=os.environ["PATH"] + ":/usr/lib/wine")
     require(wine, "apt-get install wine64")
