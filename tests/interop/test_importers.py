@@ -89,6 +89,7 @@ def test_fmpy_on_the_command_line(given: Vectors, tmp_path: Path) -> None:
     assert given.largest_deviation(np.column_stack([found[n] for n in given.output_names])) <= BOUND
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("package", ["pathsim.blocks", "pathsim_fmi"])
 def test_pathsim(given: Vectors, pathsim_python: Path, tmp_path: Path, package: str) -> None:
     got = in_peer(pathsim_python, "run_in_pathsim.py", given, tmp_path, package)
@@ -96,6 +97,7 @@ def test_pathsim(given: Vectors, pathsim_python: Path, tmp_path: Path, package: 
     assert given.largest_deviation(got) <= BOUND
 
 
+@pytest.mark.long
 def test_cofmpy(given: Vectors, cofmpy_python: Path, tmp_path: Path) -> None:
     after_each_step = in_peer(cofmpy_python, "run_in_cofmpy.py", given, tmp_path)
 
