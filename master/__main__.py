@@ -1,14 +1,26 @@
 """The command `dockloop`, also `python -m master`."""
 
+import _signal  # without `signal`, which takes a thousand times as long to load
 import os
-
-from .process import signals
 
 __all__ = ["main"]
 
 
+def _end(number: int, _: object) -> None:
+    """Exit with the status that signals have: nothing is there yet that would have to be cleaned up."""
+    os._exit(128 + number)
+
+
+if __name__ != "__mp_main__":  # as which the processes that work for this one load this file
+    for _name in ("SIGINT", "SIGTERM", "SIGHUP"):  # before any import that a signal may interrupt
+        if hasattr(_signal, _name):
+            _signal.signal(getattr(_signal, _name), _end)
+
+
 def main() -> None:
     """Run the command; a signal ends it at any moment with the status that signals have."""
+    from .process import signals
+
     signals.end_at_once()
     from .process import temporary
 

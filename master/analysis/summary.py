@@ -102,7 +102,7 @@ def judge(coupled: LinearSystem, linearisation: Linearisation) -> Analysis:
     Raises:
         FmuError: If an FMU fails in a run, or cannot save its state.
     """
-    compare = linearisation.experiment.compare
+    compare = linearisation.experiment.compare_in_fmus
     signal = None if compare is None else compare.signal
     found = poles(coupled, signal, linearisation.experiment.duration)
     best = dominant(found)

@@ -90,10 +90,11 @@ class Ledger:
 def make_ledger(system: System, schedule: Schedule, step_size: float) -> Ledger:
     """Compute the ledger of a scheduled system; `step_size` in s."""
     entries = tuple(_entry(system, schedule, wire, step_size) for wire in system.wires)
+    let_out = tuple(_let_out(schedule, wire, step_size) for wire in system.outlets)
     paths = closed_paths(system, Description.reaches)
     found = tuple(islice(paths, MOST_LOOPS + 1))
     loops = tuple(Loop(tuple(entries[i] for i in path)) for path in found[:MOST_LOOPS])
-    return Ledger(entries, loops, complete=len(found) <= MOST_LOOPS)
+    return Ledger((*entries, *let_out), loops, complete=len(found) <= MOST_LOOPS)
 
 
 def steps_of(schedule: Schedule, wire: Wire) -> tuple[int, int]:
@@ -124,12 +125,18 @@ def _entry(system: System, schedule: Schedule, wire: Wire, step_size: float) -> 
     return Entry(wire.source.name, wire.target.name, least, most, step_size, shown)
 
 
+def _let_out(schedule: Schedule, wire: Wire, step_size: float) -> Entry:
+    """Return the entry of an output of the whole system: it is read after each tick."""
+    least, most = _rates(0, schedule.every.get(wire.source.instance, 1), 1)
+    return Entry(wire.source.name, wire.target.name, least, most, step_size, ())
+
+
 def input_entry(system: System, source: str, target: str, step_size: float) -> Entry:
     """Return the entry of an input that a recording drives as an FMU does that steps before all others."""
-    instance, _, variable = target.partition(".")
-    return Entry(
-        source, target, 0, 0, step_size, _own_delays(system.instances[instance], variable, step_size)
-    )
+    name, _, variable = target.partition(".")
+    instance = system.instances.get(name)  # none for an output of the whole system
+    own = () if instance is None else _own_delays(instance, variable, step_size)
+    return Entry(source, target, 0, 0, step_size, own)
 
 
 def _own_delays(target: Instance, variable: str, step_size: float) -> tuple[OwnDelay, ...]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from contextlib import suppress
 from dataclasses import asdict, dataclass, field, replace
 from importlib import import_module
@@ -66,7 +67,7 @@ def save_run(
     interrupted while it is saved is `interrupted`.
     """
     files, fault = _save_rows(outcome, folder, streamed)
-    if (folder.path / LOG).exists():
+    if os.path.exists(folder.path / LOG):
         files["log"] = str(folder.shown / LOG)
     if fault and outcome.error is None:
         outcome = replace(outcome, status=FAILED, cause=fault)
@@ -82,16 +83,16 @@ def _save_rows(
     outcome: Outcome, folder: OutputFolder, streamed: ResultFiles | None
 ) -> tuple[dict[str, str], str]:
     """Save all rows; return the files that exist, and what went wrong."""
-    fault = outcome.storage_fault
-    if folder.vanished():
-        fault = fault or "removed during the run"
+    fault, place = outcome.storage_fault, folder.shown
     try:
-        if folder.vanished():
-            folder.restore()
+        if not folder.takes_files():
+            said = "removed during the run" if folder.vanished() else "the folder takes no files any more"
+            fault = fault or said
+            folder.secure()
         if streamed is None:
             write_result(outcome.result, folder.shown)
         elif fault:
-            streamed.rescue()
+            streamed.rescue(folder.shown)
         else:
             streamed.close()
     except OSError as error:
@@ -99,9 +100,11 @@ def _save_rows(
         folder.make_room()
         if streamed is not None:
             with suppress(OSError):
-                streamed.rescue()
-    where = f"{folder.shown}: results cannot be written whole: {fault}"
-    return existing(folder.shown), where if fault else ""
+                streamed.rescue(folder.shown)
+    where = f"{place}: results cannot be written whole: {fault}"
+    if folder.shown != place:
+        where += f"; what could not be written there is in {folder.shown}"
+    return existing(place) | existing(folder.shown), where if fault else ""
 
 
 def _evaluated(
@@ -129,7 +132,8 @@ def _write_summary(report: Report, folder: OutputFolder) -> Report:
     try:
         path.write_text(json.dumps(report.as_dict(), indent=2) + "\n", encoding="utf-8")
     except OSError as error:
-        path.unlink(missing_ok=True)
+        with suppress(OSError):
+            path.unlink(missing_ok=True)
         files = {kind: file for kind, file in report.files.items() if kind != "summary"}
         said = f"{path}: cannot be written: {reason(error)}"
         message = "\n".join(filter(None, (report.message, said)))

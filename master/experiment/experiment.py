@@ -13,6 +13,7 @@ from master.system.graph import System
 from master.system.grid import Grid
 from master.system.inputs import MeasuredInputs
 from master.system.scenario import Scenario
+from master.text.signal_name import SignalName
 
 DIVERGENCE_FACTOR = 100.0
 _MOST_NOTES = 20  # about the start values of one FMU
@@ -57,6 +58,16 @@ class Experiment:
     def compare(self) -> Compare | None:
         """Signals that a run is judged by."""
         return self.config.compare
+
+    @property
+    def compare_in_fmus(self) -> Compare | None:
+        """Those signals, outputs of the whole system as the FMU's outputs that they come from."""
+        compare = self.config.compare
+        if compare is None:
+            return None
+        source = {w.target.name: w.source.name for w in self.system.outlets}
+        named = {key: SignalName(source[v]) for key, v in compare.model_dump().items() if v in source}
+        return compare.model_copy(update=named)
 
     @property
     def phase_lead(self) -> PhaseLead | None:

@@ -62,19 +62,25 @@ class ResultFiles:
             self._csv.close()
             self._parts.join(self.parquet)
 
-    def rescue(self) -> None:
-        """After an OSError: keep every row that was written, in files that can be read."""
+    def rescue(self, folder: Path | None = None) -> None:
+        """
+        After an OSError: keep every row that was written, in files that can be read.
+
+        Args:
+            folder: Where files are made that cannot be made in the first folder any more.
+        """
+        into = self.folder if folder is None else folder
         self._waiting.clear()
         if self._csv is None or self._parts is None:
             return
         self._csv.keep_whole_rows()
         with contextlib.suppress(OSError):
             if not self._csv.is_in_place():
-                self.folder.mkdir(parents=True, exist_ok=True)
-                self._csv.write_again()
-                _parquet_of_csv(self.csv, self.parquet, self._parts.schema)
-            elif self._parts.is_empty():
-                _parquet_of_csv(self.csv, self.parquet, self._parts.schema)
+                into.mkdir(parents=True, exist_ok=True)
+                self._csv.write_again(into / CSV)
+                _parquet_of_csv(into / CSV, into / PARQUET, self._parts.schema)
+            elif self._parts.is_empty() or into != self.folder:
+                _parquet_of_csv(self.csv, into / PARQUET, self._parts.schema)
             else:
                 self._parts.join(self.parquet)
         self._csv.close()
@@ -133,10 +139,10 @@ class _Csv:
         begun = self._file.read()
         self._file.truncate(self._whole + begun.rfind(b"\n") + 1)
 
-    def write_again(self) -> None:
+    def write_again(self, path: Path) -> None:
         """Write a file that was removed again, from the descriptor that still holds its content."""
         self._file.seek(0)
-        with self._path.open("wb") as copy:
+        with path.open("wb") as copy:
             while block := self._file.read(2**20):
                 copy.write(block)
 
@@ -223,7 +229,7 @@ class _Parts:
 def existing(folder: Path) -> dict[str, str]:
     """Return the result files that are in a folder, by kind; Parquet may be there as parts."""
     found = {kind: folder / name for kind, name in (("csv", CSV), ("parquet", PARQUET))}
-    there = {kind: str(path) for kind, path in found.items() if path.exists()}
+    there = {kind: str(path) for kind, path in found.items() if os.path.exists(path)}  # False if forbidden
     if "parquet" not in there and any(folder.glob(PARTS)):
         there["parquet"] = str(folder / PARTS)
     return there

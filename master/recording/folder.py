@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 from pathlib import Path
 from types import TracebackType
@@ -12,6 +13,8 @@ from .lock import FileLock, Held
 
 SUMMARY, PICTURE, LOG = "summary.json", "displacement_and_force.png", "fmu.log"
 CSV, PARQUET, PARTS = "result.csv", "result.parquet", "result.part-*.parquet"
+
+RESCUED = "-rescued"  # after the name of a folder that takes no files any more
 
 _RESERVE = 65536  # bytes that the lock occupies, so that a full disk has room for the summary
 
@@ -29,24 +32,46 @@ class OutputFolder:
         self.shown = path
         try:
             path.mkdir(parents=True, exist_ok=True)
-            self._lock = FileLock(path / ".dockloop.lock", _RESERVE)
-            self._remove_old()
+            self._lock = FileLock(path / ".dockloop.lock")
+            self._remove_old()  # before the rest: an old result may fill the disk
+            self._lock.fill(_RESERVE)
         except Held as held:
             raise DataError(
                 f"{path}: another run writes here, got process {held.pid}, expected a folder of its own"
             ) from None
         except (OSError, ValueError) as error:
             raise DataError(f"{path}: cannot be written: {reason(error)}") from None
+        self._first = self.path.resolve()
         self._identity = _identity(path)
 
     def vanished(self) -> bool:
         """Whether the folder was removed or replaced since it was made."""
         return _identity(self.path) != self._identity
 
-    def restore(self) -> None:
-        """Make the folder again where it has vanished; OSError if that cannot be."""
-        self.path.mkdir(parents=True, exist_ok=True)
-        self._identity = _identity(self.path)
+    def takes_files(self) -> bool:
+        """Whether it is there still, and lets files be made in it."""
+        return not self.vanished() and os.access(self.path, os.W_OK | os.X_OK)
+
+    def secure(self) -> None:
+        """
+        Find a place for what was computed: the folder made again where it has vanished, or one next to it.
+
+        Raises:
+            OSError: If neither can be made.
+        """
+        if self.vanished():
+            with contextlib.suppress(OSError):
+                self.path.mkdir(parents=True, exist_ok=True)
+                self._identity = _identity(self.path)
+        n = 1
+        while not self.takes_files():
+            number = "" if n == 1 else f"-{n}"
+            beside = self._first.with_name(f"{self._first.name}{RESCUED}{number}")
+            n += 1
+            with contextlib.suppress(FileExistsError):
+                beside.mkdir(parents=True)
+                self.path = self.shown = beside
+                self._identity = _identity(beside)
 
     def make_room(self) -> None:
         """Give back the bytes that were kept for the summary."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import os
 from pathlib import Path
@@ -32,7 +33,7 @@ class Held(Exception):  # noqa: N818 - says who holds the file
 
 class FileLock:
     """
-    Hold a file, which has `n_bytes` and begins with the process's number in a line.
+    Hold a file, which begins with the process's number in a line.
 
     A file that a process left when it was killed is held by nobody and is taken.
 
@@ -41,11 +42,14 @@ class FileLock:
         OSError: If it cannot be written.
     """
 
-    def __init__(self, path: Path, n_bytes: int) -> None:
+    def __init__(self, path: Path) -> None:
         self._path = path
         self._descriptor = -1
         while self._descriptor < 0:
             self._descriptor = _held(path)
+
+    def fill(self, n_bytes: int) -> None:
+        """Let the file have so many bytes; OSError, and nobody holds it, if there is no room for them."""
         try:
             os.ftruncate(self._descriptor, 0)
             text = f"{os.getpid()}\n".encode().ljust(n_bytes)
@@ -61,8 +65,9 @@ class FileLock:
         os.ftruncate(self._descriptor, 0)
 
     def release(self) -> None:
-        """Let go, and remove the file."""
-        self._path.unlink(missing_ok=True)
+        """Let go, and remove the file where its folder still allows that."""
+        with contextlib.suppress(OSError):
+            self._path.unlink(missing_ok=True)
         os.close(self._descriptor)
 
 

@@ -6,9 +6,9 @@ import tempfile
 from pathlib import Path
 
 
-def write_whole(path: Path, text: str) -> None:
+def write_whole(path: Path, content: str | bytes) -> None:
     """
-    Write a text file in one move; its folder is made where it is missing.
+    Write a file in one move; its folder is made where it is missing.
 
     Raises:
         OSError: If it cannot be written; what was at `path` before is there still, and nothing else.
@@ -17,7 +17,7 @@ def write_whole(path: Path, text: str) -> None:
     with tempfile.NamedTemporaryFile(dir=path.parent, suffix=".partial", delete=False) as partial:
         written = Path(partial.name)
     try:
-        written.write_bytes(text.encode())
+        written.write_bytes(content.encode() if isinstance(content, str) else content)
         written.chmod(0o644)
         written.replace(path)
     except BaseException:

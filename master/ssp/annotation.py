@@ -11,15 +11,25 @@ from master.errors import ConfigError, expected
 from master.system.config import Config
 from master.text.scalar import Plain
 
+from .packed_recordings import PackedRecordings
 from .prepared import PreparedSystem
 from .structure import Annotation
 
 # parts of a configuration that are kept as they are
-PARTS = ("coupling", "compare", "dpdc", "events", "limits", "variants")
+PARTS = ("coupling", "compare", "dpdc", "events", "inputs", "limits", "variants")
 # parts that the structure itself holds
-_SAID_BY_SSP = ("name", "description", "step_size", "start_time", "stop_time", "fmus", "connections")
+_SAID_BY_SSP = (
+    "name",
+    "description",
+    "step_size",
+    "start_time",
+    "stop_time",
+    "fmus",
+    "connections",
+    "connectors",
+)
 _WIRE = ("delay", "extrapolation", "tolerance")
-_KEYS = ("step_size", "every", "connections", "start", *PARTS)
+_KEYS = ("step_size", "every", "connections", "start", "given", "files", *PARTS)
 
 
 @dataclass(frozen=True)
@@ -28,19 +38,30 @@ class Coupling:
     The annotation's content.
 
     `connections` has for each one (source, target) what the structure does not say of it; `start` has values
-    that a parameter set cannot hold, by FMU and variable; `parts` are sections of the YAML form.
+    that a parameter set cannot hold, by FMU and variable, `given` those of the system's own inputs; `files`
+    are the recordings in the archive by the names that `inputs` has for them; `parts` are sections of the
+    YAML form.
     """
 
     step_size: float | None = None
     every: Mapping[str, Any] = field(default_factory=dict)
     connections: Mapping[tuple[str, str], Mapping[str, Any]] = field(default_factory=dict)
     start: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    given: Mapping[str, Any] = field(default_factory=dict)
+    files: Mapping[str, Any] = field(default_factory=dict)
     parts: Mapping[str, Any] = field(default_factory=dict)
 
 
-def write_coupling(experiment: PreparedSystem, start: Mapping[str, Mapping[str, Any]]) -> str:
+def write_coupling(
+    experiment: PreparedSystem, start: Mapping[str, Mapping[str, Any]], recordings: PackedRecordings
+) -> str:
     """
     Write the annotation.
+
+    Args:
+        experiment: The system.
+        start: Values that a parameter set cannot hold, by FMU and variable.
+        recordings: What the archive holds of recordings.
 
     Raises:
         ConfigError: If the configuration has a part that an SSP cannot keep.
@@ -63,10 +84,17 @@ def write_coupling(experiment: PreparedSystem, start: Mapping[str, Mapping[str, 
                 "to": wire.target.name,
                 **{key: value for key in _WIRE if (value := getattr(wire, key))},
             }
-            for wire in system.wires
+            for wire in (*system.wires, *system.inlets, *system.outlets)
         ],
         **kept,
     }
+    data.pop("inputs", None)
+    left = [one for i, one in enumerate(config.inputs) if i not in recordings.in_components]
+    if left:
+        data["inputs"] = [one.model_dump(by_alias=True, exclude_unset=True) for one in left]
+        data["files"] = {one.file: recordings.members[one.file] for one in left}
+    if system.given:
+        data["given"] = dict(system.given)
     if start:
         data["start"] = start
     return json.dumps(data, sort_keys=True)
@@ -90,7 +118,7 @@ def read_coupling(annotation: Annotation) -> Coupling:
     step_size = data.get("step_size")
     if step_size is not None and (isinstance(step_size, bool) or not isinstance(step_size, int | float)):
         problems.append(f"{where}: step_size is not a number, got {step_size!r}")
-    for key in ("every", "start"):
+    for key in ("every", "start", "given", "files"):
         if not isinstance(data.get(key, {}), dict):
             problems.append(f"{where}: {key} is not understood, got {data[key]!r}, expected an object")
     for name, values in data.get("start", {}).items() if isinstance(data.get("start"), dict) else ():
@@ -104,6 +132,8 @@ def read_coupling(annotation: Annotation) -> Coupling:
         every=data.get("every", {}),
         connections=connections,
         start=data.get("start", {}),
+        given=data.get("given", {}),
+        files=data.get("files", {}),
         parts={key: _as_written(data[key]) for key in PARTS if key in data},
     )
 

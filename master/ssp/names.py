@@ -17,6 +17,7 @@ COUPLING_ELEMENT = f"{{{COUPLING}}}Coupling"
 FMU = "application/x-fmu-sharedlibrary"
 DEFINITION = "application/x-ssp-definition"
 PACKAGE = "application/x-ssp-package"
+TABLES = ("text/csv", "application/table")  # the second is what OMSimulator writes
 PARAMETER_SET = "application/x-ssp-parameter-set"
 PARAMETER_MAPPING = "application/x-ssp-parameter-mapping"
 SIGNAL_DICTIONARY = "application/x-ssp-signal-dictionary"

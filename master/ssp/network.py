@@ -17,6 +17,7 @@ from .structure import (
     Dictionary,
     End,
     Link,
+    Recording,
     Reference,
     SubSystem,
     Transformation,
@@ -30,7 +31,7 @@ class Point:
     """
     A connector by the path of its owner from the outermost system, which has the empty path.
 
-    A dictionary's reference has two for each connector, `side` in and out, and so many references share the
+    A dictionary's reference has two for each connector, `side` in and out, and several references share the
     one point of an entry, `side` dictionary.
     """
 
@@ -70,6 +71,7 @@ class Network:
     kinds: dict[Point, str] = field(default_factory=dict)
     into: dict[Point, list[Edge]] = field(default_factory=dict)
     roots: dict[str, Connector] = field(default_factory=dict)
+    recordings: dict[Path, Recording] = field(default_factory=dict)
     problems: list[str] = field(default_factory=list)
 
     def source_of(self, point: Point) -> list[Edge]:
@@ -120,6 +122,10 @@ def _enter(
             _enter(network, element, inner, room.dictionaries)
         elif isinstance(element, Component):
             _enter_component(network, element, inner)
+        elif isinstance(element, Recording):
+            network.recordings[inner] = element
+            for connector in element.connectors.values():
+                _place(network, Point(inner, connector.name), "output", connector.type or DataType("Real"))
     for link in system.links:
         _join(network, room, link)
     for element in system.elements.values():
@@ -144,6 +150,25 @@ def variable_of(fmu: Description, name: str) -> Variable | None:
     return fmu.by_name.get(name) or next(iter(fmu.arrays.get(name, ())), None)
 
 
+def shape_of(fmu: Description, name: str) -> tuple[int, ...]:
+    """Lengths of an array along each dimension; empty for a scalar."""
+    elements = fmu.arrays.get(name, ())
+    return tuple(map(int, elements[-1].name.rpartition("[")[2][:-1].split(","))) if elements else ()
+
+
+def shape_fault(connector: Connector, shape: tuple[int, ...], whose: str) -> str | None:
+    """Say which dimensions a connector declares that what it belongs or leads to does not have."""
+    declared = connector.shape
+    if not declared:
+        return None
+    if len(declared) != len(shape) or any(a not in (None, b) for a, b in zip(declared, shape, strict=True)):
+        got, wanted = (
+            " x ".join("?" if n is None else str(n) for n in one) or "a scalar" for one in (declared, shape)
+        )
+        return f"{connector.where}: shape differs from that {whose}, got {got}, expected {wanted}"
+    return None
+
+
 def type_of(variable: Variable, connector: Connector | None = None) -> DataType:
     """Type of an FMU's variable; a unit that it lacks is that of its connector."""
     kind = "Enumeration" if variable.items else variable.kind.value
@@ -163,7 +188,8 @@ def _component_type(network: Network, component: Component, connector: Connector
         if name not in fmu.not_exchanged and (declared is None or declared.kind not in ("Binary", "Clock")):
             names = expected(name, [v.name for v in fmu.variables])
             network.problems.append(f"{connector.where}: no such variable in {fmu.model_name}, {names}")
-        return replace(declared or DataType("Binary"), kind="Binary")
+        is_clock = "clock" in fmu.not_exchanged.get(name, "")
+        return replace(declared or DataType("Binary"), kind="Clock" if is_clock else "Binary")
     causality = "constant" if variable.variability == "constant" else variable.causality
     if connector.kind not in (causality, variable.causality):
         network.problems.append(

@@ -39,8 +39,8 @@ class Package(Protocol):
     def read(self, member: str) -> bytes:
         """Content of a file; ConfigError if it cannot be read."""
 
-    def unpacked(self, member: str, folder: Path) -> Path:
-        """Path of a file on disk, in the folder if it has to be unpacked."""
+    def unpacked(self, member: str, folder: Path, suffix: str | None = None) -> Path:
+        """Path of a file on disk, in the folder if it has to be unpacked; `suffix` in place of its own."""
 
 
 @dataclass(frozen=True)
@@ -112,11 +112,13 @@ class Archive:
         with self._reading(member):
             return self._zip.read(self._entries[member])
 
-    def unpacked(self, member: str, folder: Path) -> Path:
+    def unpacked(self, member: str, folder: Path, suffix: str | None = None) -> Path:
         if member not in self._unpacked:
-            stem = re.sub(r"[^A-Za-z0-9_-]", "_", member.rpartition("/")[2].removesuffix(".fmu"))[:100]
+            name = Path(member.rpartition("/")[2])
+            stem = re.sub(r"[^A-Za-z0-9_-]", "_", name.stem)[:100]
+            ending = re.sub(r"[^.A-Za-z0-9]", "_", name.suffix)[:20] if suffix is None else suffix
             n = len(list(folder.iterdir()))
-            path = folder / str(n) / f"{stem}.fmu"
+            path = folder / str(n) / f"{stem}{ending}"
             content = self.read(member)
             path.parent.mkdir()
             path.write_bytes(content)
@@ -179,7 +181,7 @@ class Folder:
             fault = f"{self.label}: {member!r}: cannot be read, got {error.strerror}"
             raise ConfigError([fault]) from None
 
-    def unpacked(self, member: str, folder: Path) -> Path:
+    def unpacked(self, member: str, folder: Path, suffix: str | None = None) -> Path:
         return (self.folder / member).absolute()
 
 

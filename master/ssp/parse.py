@@ -13,7 +13,7 @@ from master.fmi.description_reader import read_description
 
 from . import grammar
 from .grammar import everywhere
-from .markup import Node, Rule, boolean, double, read_xml
+from .markup import Node, Rule, boolean, double, integer, read_xml
 from .names import (
     COUPLING,
     COUPLING_ELEMENT,
@@ -24,6 +24,7 @@ from .names import (
     PARAMETER_SET,
     SIGNAL_DICTIONARY,
     STRUCTURE,
+    TABLES,
     ssb,
     ssc,
     ssd,
@@ -42,16 +43,20 @@ from .structure import (
     End,
     Given,
     Link,
+    Recording,
     Reference,
     Renaming,
     Scope,
     Structure,
     SubSystem,
 )
+from .table_header import time_column
 
 MOST_NESTED = 32  # files within files
 
 T = TypeVar("T")
+
+Element = Component | Recording | SubSystem | Reference
 
 
 @dataclass
@@ -59,6 +64,7 @@ class _Reading:
     """What reading a structure gathers: faults, notes, FMUs by their file."""
 
     folder: Path
+    label: str = ""
     problems: list[str] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     descriptions: dict[Path, Description] = field(default_factory=dict)
@@ -94,7 +100,7 @@ def parse_structure(package: Package, member: str, folder: Path) -> Structure:
     Raises:
         ConfigError: With every fault.
     """
-    reading = _Reading(folder)
+    reading = _Reading(folder, package.label)
     file = _open(reading, package, member, ())
     if file is None:
         raise ConfigError(reading.problems)
@@ -181,7 +187,7 @@ def _root_system(reading: _Reading, file: _File) -> SubSystem | None:
 
 
 def _system(reading: _Reading, file: _File, node: Node) -> SubSystem:
-    elements: dict[str, Component | SubSystem | Reference] = {}
+    elements: dict[str, Element] = {}
     for one in node.children(f"{ssd('Elements')}/*"):
         _add(elements, one, _element(reading, file, one), "element", reading)
     dictionaries: dict[str, Dictionary] = {}
@@ -208,7 +214,7 @@ def _add(found: dict[str, T], node: Node, made: T | None, what: str, reading: _R
         found[name] = made
 
 
-def _element(reading: _Reading, file: _File, node: Node) -> Component | SubSystem | Reference | None:
+def _element(reading: _Reading, file: _File, node: Node) -> Element | None:
     if node.tag == "System":
         return _system(reading, file, node)
     if node.tag == "SignalDictionaryReference":
@@ -223,7 +229,9 @@ def _element(reading: _Reading, file: _File, node: Node) -> Component | SubSyste
         return _fmu(reading, file, node)
     if kind in (DEFINITION, PACKAGE):
         return _described_elsewhere(reading, file, node, kind)
-    known = expected(kind, (FMU, DEFINITION, PACKAGE))
+    if kind in TABLES:
+        return _recording(reading, file, node, kind)
+    known = expected(kind, (FMU, DEFINITION, PACKAGE, *TABLES))
     reading.problems.append(
         f"{node.where}: a component of this type cannot be stepped, got {kind!r}, {known}"
     )
@@ -246,7 +254,7 @@ def _fmu(reading: _Reading, file: _File, node: Node) -> Component | None:
         reading.problems.append(f"{node.where}: source: {error}")
         return None
     try:
-        path = file.package.unpacked(location.member, reading.folder)
+        path = file.package.unpacked(location.member, reading.folder, ".fmu")
     except ConfigError as error:
         reading.problems += [f"{node.where}: {problem}" for problem in error.problems]
         return None
@@ -265,6 +273,33 @@ def _fmu(reading: _Reading, file: _File, node: Node) -> Component | None:
         fmu=reading.descriptions[path],
         where=node.where,
     )
+
+
+def _recording(reading: _Reading, file: _File, node: Node, kind: str) -> Recording | None:
+    """Read a component that is a table of signals."""
+    connectors = _connectors(reading, file, node)
+    for connector in connectors.values():
+        if connector.kind != "output":
+            fault = f"a recording has outputs alone, got {connector.kind}"
+            reading.problems.append(f"{connector.where}: {fault}, expected output")
+        elif connector.type is not None and connector.type.kind in ("String", "Binary", "Clock"):
+            fault = f"a recording has numbers alone, got {connector.type.kind}"
+            reading.problems.append(f"{connector.where}: {fault}, expected Real, Integer or Boolean")
+    if node.child(ssd("ParameterBindings")) is not None:
+        reading.problems.append(f"{node.where}: values for a recording are not understood, expected none")
+    try:
+        location = locate(file.package, file.base, node.text("source"))
+        if location.fragment:
+            raise ValueError(f"a recording has no parts, got the fragment {location.fragment!r}")
+        path = file.package.unpacked(location.member, reading.folder, ".csv" if kind == TABLES[0] else None)
+        is_csv = path.suffix.lower() == ".csv"
+        time = time_column(file.package.read(location.member)) if is_csv else "time"
+    except (ValueError, ConfigError) as error:
+        problems = error.problems if isinstance(error, ConfigError) else [f"source: {error}"]
+        reading.problems += [f"{node.where}: {problem}" for problem in problems]
+        return None
+    member = file.package.name_of(location.member).removeprefix(f"{reading.label}: ")
+    return Recording(node.text("name"), connectors, path, member, time, node.where)
 
 
 def _described_elsewhere(reading: _Reading, file: _File, node: Node, kind: str) -> SubSystem | None:
@@ -359,11 +394,17 @@ def _connectors(reading: _Reading, file: _File, node: Node) -> dict[str, Connect
             kind=one.text("kind"),
             type=read_type(one, file.scope, reading.problems),
             where=one.where,
+            shape=tuple(_size(dimension) for dimension in one.children(ssc("Dimension"))),
         )
         if made.name in found:
             reading.problems.append(f"{one.where}: twice on {node.text('name')!r}, expected one of a name")
         found[made.name] = made
     return found
+
+
+def _size(dimension: Node) -> int | None:
+    size = dimension.get("size")
+    return None if size is None else integer(size)
 
 
 def _link(reading: _Reading, node: Node) -> Link:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -14,11 +14,11 @@ from master.system.config import Config, LoadedConfig
 from master.text.validation import validated
 from master.text.yaml_lines import Document, Place
 
-from .annotation import Coupling, read_coupling
+from .annotation import PARTS, Coupling, read_coupling
 from .names import COUPLING
-from .package import Archive, Folder, Package
+from .package import Archive, Folder, Package, locate
 from .parse import default_structure, parse_structure
-from .resolve import Resolved, ResolvedWire, resolve
+from .resolve import Resolved, ResolvedConnector, ResolvedWire, resolve
 from .structure import Structure
 
 _DEFAULT_STEP = 1e-3  # s
@@ -54,12 +54,14 @@ def read_ssp(
     Raises:
         ConfigError: With every fault that the first stage to find any has found.
     """
-    structure, others = _structure(path, folder)
-    coupling = None if structure.coupling is None else read_coupling(structure.coupling)
+    read = _read(path, folder)
+    structure, coupling = read.structure, read.coupling
     resolved = resolve(structure, () if coupling is None else coupling.connections)
     data = _data(structure, resolved, coupling, step_size)
     document = SspDocument(path, data, places=_places(structure, resolved))
-    notes = (*_notes(structure, data, coupling is None, step_size is None), *others)
+    notes = (*_notes(structure, data, coupling is None, step_size is None), *read.others)
+    if coupling is None:
+        notes = (*notes, *_led_in(resolved), *_rules(resolved))
     notes = (*notes, *structure.notes, *resolved.notes)
     try:
         config = validated(Config, document, "system")
@@ -68,24 +70,78 @@ def read_ssp(
             raise
         data["stop_time"] = stop_time
         config = validated(Config, document, "system")
-    return LoadedConfig(config, document, notes=notes, is_designed=coupling is not None)
+    units = {name: connector.type.unit for name, connector in resolved.connectors.items()}
+    return LoadedConfig(
+        config,
+        document,
+        notes=notes,
+        is_designed=coupling is not None,
+        units={name: unit for name, unit in units.items() if unit is not None},
+        files={recording.member: recording.file for recording in resolved.recordings.values()}
+        | dict(read.files),
+    )
 
 
-def _structure(path: Path, folder: Path) -> tuple[Structure, list[str]]:
-    """Read the structure; in an archive also what other structures there are, as notes."""
+@dataclass(frozen=True)
+class _Read:
+    """A structure with what this project adds to it, the other structures next to it, and its recordings."""
+
+    structure: Structure
+    others: tuple[str, ...]
+    coupling: Coupling | None
+    files: Mapping[str, Path]
+
+
+def _read(path: Path, folder: Path) -> _Read:
     if path.suffix.lower() == ".ssd":
         package: Package = Folder(path.parent, str(path.parent))
         if not package.has(path.name):
             raise ConfigError([f"{path}: no such file, expected a structure (.ssd)"])
-        return parse_structure(package, path.name, folder), []
+        return _read_from(package, path.name, folder, ())
     archive = Archive(path, str(path))
     try:
         member = default_structure(archive)
         others = [n for n in archive.names if "/" not in n and n.lower().endswith(".ssd") and n != member]
-        notes = [f"{member} is read, not {', '.join(others)}"] if others else []
-        return parse_structure(archive, member, folder), notes
+        return _read_from(archive, member, folder, others)
     finally:
         archive.close()
+
+
+def _read_from(package: Package, member: str, folder: Path, others: Sequence[str]) -> _Read:
+    structure = parse_structure(package, member, folder)
+    coupling = None if structure.coupling is None else read_coupling(structure.coupling)
+    notes = [f"{member} is read, not {', '.join(others)}"] if others else []
+    files: dict[str, Path] = {}
+    if structure.coupling is not None and coupling is not None:
+        base = member.rpartition("/")[0]
+        where = f"{structure.coupling.where}: Coupling: inputs"
+        files = _unpacked(package, base + "/" if base else "", coupling, where, folder)
+    return _Read(structure, tuple(notes), coupling, files)
+
+
+def _unpacked(package: Package, base: str, coupling: Coupling, where: str, folder: Path) -> dict[str, Path]:
+    """Unpack the recordings that an annotation names."""
+    problems: list[str] = []
+    found: dict[str, Path] = {}
+    for entry in _entries(coupling):
+        file = entry.get("file") if isinstance(entry, dict) else None
+        if not isinstance(file, str):
+            continue  # the validation of the whole says so
+        try:
+            location = locate(package, base, str(coupling.files.get(file, file)))
+            found[file] = package.unpacked(location.member, folder)
+        except (ValueError, ConfigError) as error:
+            reasons = error.problems if isinstance(error, ConfigError) else [f"file: {error}"]
+            problems += [f"{where}: {reason}" for reason in reasons]
+    if problems:
+        raise ConfigError(problems)
+    return found
+
+
+def _entries(coupling: Coupling) -> list[Any]:
+    """Entries of `inputs` of an annotation; one may be written alone."""
+    inputs = coupling.parts.get("inputs", [])
+    return inputs if isinstance(inputs, list) else [inputs]
 
 
 def _data(
@@ -114,7 +170,12 @@ def _data(
             for name, fmu in resolved.fmus.items()
         },
         "connections": [_connection(wire, given) for wire in resolved.wires],
+        "connectors": {
+            name: {**_connector(connector), **({"start": given.given[name]} if name in given.given else {})}
+            for name, connector in resolved.connectors.items()
+        },
         **given.parts,
+        "inputs": [*_recorded(resolved), *_entries(given)],
     }
 
 
@@ -133,6 +194,8 @@ def _annotation_faults(structure: Structure, resolved: Resolved, given: Coupling
     lacking = [f"no such connection, got {s} -> {t}" for s, t in given.connections if (s, t) not in wires]
     named = {*given.every, *given.start}
     lacking += [f"no such FMU, got {name!r}" for name in sorted(named - set(resolved.fmus))]
+    unknown = sorted(set(given.given) - set(resolved.connectors))
+    lacking += [f"no such connector of the system, got {name!r}" for name in unknown]
     return [f"{where}: {fault}, expected one of the system" for fault in lacking]
 
 
@@ -141,6 +204,61 @@ def _connection(wire: ResolvedWire, given: Coupling) -> dict[str, Any]:
     if wire.conversion is not None:
         found |= _conversion(wire.conversion)
     return {**found, **given.connections.get((wire.source, wire.target), {})}
+
+
+def _led_in(resolved: Resolved) -> Iterator[str]:
+    """What each input of the outermost system leads to."""
+    led: dict[str, list[str]] = {}
+    for wire in resolved.wires:
+        if wire.source in resolved.connectors and wire.source.partition(".")[0] not in resolved.recordings:
+            led.setdefault(wire.source, []).append(wire.target)
+    if led:
+        said = [f"{name} -> {', '.join(targets)}" for name, targets in led.items()]
+        yield f"inputs of the system: {'; '.join(said)}"
+
+
+def _rules(resolved: Resolved) -> Iterator[str]:
+    if next(_recorded(resolved), None) is not None:
+        yield (
+            "recordings: between two samples a Real lies on the line, others keep the last one; "
+            "the step from t to t + h uses the value at t + h"
+        )
+
+
+def _recorded(resolved: Resolved) -> Iterator[dict[str, Any]]:
+    """Inputs that recordings drive: real numbers lie on a line between two samples, others are held."""
+    for owner, recording in resolved.recordings.items():
+        columns: dict[str, dict[str, Any]] = {"linear": {}, "hold": {}}
+        for name, connector in resolved.connectors.items():
+            if name.partition(".")[0] == owner:
+                rule = "linear" if connector.type.kind == "Real" else "hold"
+                columns[rule][name] = {"column": name.partition(".")[2]}
+        for rule, own in columns.items():
+            if own:
+                time = {"column": recording.time}
+                yield {"file": recording.member, "time": time, "map": own, "interpolation": rule}
+
+
+def _connector(connector: ResolvedConnector) -> dict[str, Any]:
+    kind = _TYPES[connector.type.kind]
+    unit = connector.type.unit
+    found: dict[str, Any] = {"kind": connector.kind, "type": kind, "items": dict(connector.type.items)}
+    if unit is not None:
+        found["unit"] = unit.name
+    if connector.shape:
+        found["shape"] = list(connector.shape)
+    if connector.start is not None:
+        found["start"] = connector.start
+    return found
+
+
+_TYPES = {
+    "Real": "real",
+    "Integer": "integer",
+    "Enumeration": "integer",
+    "Boolean": "boolean",
+    "String": "string",
+}
 
 
 def _conversion(conversion: Conversion) -> dict[str, Any]:
@@ -158,9 +276,14 @@ def _places(structure: Structure, resolved: Resolved) -> dict[Place, str]:
     for name, fmu in resolved.fmus.items():
         places["fmus", name] = fmu.where
         places |= {("fmus", name, "start", key): where for key, where in fmu.places.items()}
+    places |= {("connectors", name): connector.where for name, connector in resolved.connectors.items()}
+    for i, given in enumerate(_recorded(resolved)):
+        owner = next(iter(given["map"])).partition(".")[0]
+        places["inputs", i] = resolved.recordings[owner].where
+        places |= {("inputs", i, "map", name): places["connectors", name] for name in given["map"]}
     places |= {("connections", i): wire.where for i, wire in enumerate(resolved.wires)}
     if structure.coupling is not None:
-        for key in ("coupling", "compare", "dpdc", "events", "limits", "variants"):
+        for key in PARTS:
             places[(key,)] = f"{structure.coupling.where}: {key}"
     return places
 

@@ -4,16 +4,29 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path as FilePath
 
 from master.errors import ConfigError
+from master.fmi.structure import with_structure
 from master.fmi.units import Conversion, conversion
 
 from .carry import carry
-from .network import Edge, Leaf, Network, Path, Point, make_network, sinks, variable_of
+from .network import (
+    Edge,
+    Leaf,
+    Network,
+    Path,
+    Point,
+    make_network,
+    shape_fault,
+    shape_of,
+    sinks,
+    type_of,
+    variable_of,
+)
 from .parameters import Assignments, Bound, assign, through
-from .structure import INPUTS, OUTPUTS, Structure
+from .structure import INPUTS, OUTPUTS, Connector, DataType, Recording, Structure
 
 SEPARATOR = "/"  # between a system and what is in it
 _FORBIDDEN = re.compile(r"[\s.<>/]")
@@ -44,11 +57,30 @@ class ResolvedWire:
 
 
 @dataclass(frozen=True)
+class ResolvedConnector:
+    """A connector of the system or a recording: `type` is that of its other end where it has none."""
+
+    kind: str
+    type: DataType
+    shape: tuple[int, ...]
+    start: float | int | bool | str | None
+    where: str
+
+
+@dataclass(frozen=True)
 class Resolved:
-    """A flat system; `notes` says what a user should know of how it was read."""
+    """
+    A flat system.
+
+    `connectors` are those of the outermost system and of recordings that lead somewhere, by
+    `owner.connector`; `recordings` are by their owner. `notes` says what a user should know of how it was
+    read.
+    """
 
     fmus: Mapping[str, ResolvedFmu]
     wires: tuple[ResolvedWire, ...]
+    connectors: Mapping[str, ResolvedConnector]
+    recordings: Mapping[str, Recording]
     notes: tuple[str, ...]
 
 
@@ -66,42 +98,79 @@ def resolve(structure: Structure, trusted: Collection[tuple[str, str]] = ()) -> 
     network = make_network(structure.system)
     assigned = assign(network, structure.system)
     problems = network.problems + assigned.problems
+    problems += _give_structures(network, assigned)
     if not network.leaves:
         problems.append(f"{structure.system.where}: nothing to step, got no component, expected an FMU")
     if problems:
         raise ConfigError(dict.fromkeys(problems))
-    return _Flat(network, assigned, frozenset(trusted)).resolved(structure)
+    return _Flat(structure, network, assigned, frozenset(trusted)).resolved()
+
+
+def _give_structures(network: Network, assigned: Assignments) -> list[str]:
+    """Give arrays the sizes that structural parameters ask for; return faults of connectors' shapes."""
+    problems: list[str] = []
+    for path, leaf in list(network.leaves.items()):
+        own = {p.connector: b for p, b in assigned.values.items() if p.owner == path}
+        try:
+            fmu = with_structure(leaf.component.fmu, {name: bound.values[0] for name, bound in own.items()})
+        except ConfigError as error:
+            where = next((bound.where for bound in own.values()), leaf.component.where)
+            problems += [f"{where}: {p}".replace(f"{leaf.component.file}: ", "") for p in error.problems]
+            continue
+        network.leaves[path] = replace(leaf, component=replace(leaf.component, fmu=fmu))
+        for connector in leaf.component.connectors.values():
+            if variable_of(fmu, connector.name) is not None:
+                fault = shape_fault(connector, shape_of(fmu, connector.name), f"of {fmu.model_name}")
+                problems += [] if fault is None else [fault]
+    return problems
 
 
 class _Flat:
-    def __init__(self, network: Network, assigned: Assignments, trusted: Collection[tuple[str, str]]) -> None:
+    def __init__(
+        self,
+        structure: Structure,
+        network: Network,
+        assigned: Assignments,
+        trusted: Collection[tuple[str, str]],
+    ) -> None:
+        self.structure = structure
         self.network = network
         self.assigned = assigned
         self.trusted = trusted
-        self.names = _names(network.leaves)
+        self.names = _names([*network.leaves, *network.recordings])
         self.problems: list[str] = []
         self.notes = list(assigned.notes)
         self.wires: list[ResolvedWire] = []
         self.starts: dict[Path, dict[str, Bound]] = {path: {} for path in network.leaves}
-        self.inputs: dict[str, list[str]] = {}
+        self.owner = _owner(structure.system.name, self.names.values())
+        self.connectors: dict[str, ResolvedConnector] = {}
 
-    def resolved(self, structure: Structure) -> Resolved:
+    def resolved(self) -> Resolved:
         for point, bound in self.assigned.values.items():
             if point.owner in self.starts:
                 self.starts[point.owner][point.connector] = bound
         self._set_outputs()
         for leaf, _, point in sinks(self.network):
             self._feed(leaf, point)
-        self._order_wires(structure)
+        for connector in self.network.roots.values():
+            if connector.kind not in INPUTS:
+                self._let_out(connector)
+        self._order_wires()
+        self._note_unused_recordings()
         fmus = {self.names[path]: self._fmu(path, leaf) for path, leaf in self.network.leaves.items()}
-        if self.problems:
-            raise ConfigError(dict.fromkeys(self.problems))
+        problems = [*self.problems, *self.network.problems]  # following a path may find a circle
+        if problems:
+            raise ConfigError(dict.fromkeys(problems))
         renamed = [
             f"{'.'.join(path)!r} is called {name!r} here"
             for path, name in self.names.items()
             if name != SEPARATOR.join(path)
         ]
-        return Resolved(fmus, tuple(self.wires), (*self.notes, *renamed, *self._root_notes()))
+        if self.connectors and self.owner != self.structure.system.name:
+            renamed.append(f"the system {self.structure.system.name!r} is called {self.owner!r} in signals")
+        notes = (*self.notes, *renamed)
+        recordings = {self.names[path]: one for path, one in self.network.recordings.items()}
+        return Resolved(fmus, tuple(self.wires), self.connectors, recordings, notes)
 
     def _feed(self, leaf: Leaf, point: Point) -> None:
         """Wire an input to the output that it comes from, or start it from the connector's value."""
@@ -109,16 +178,17 @@ class _Flat:
         if not path:
             return
         origin = path[0].source
-        target = f"{self.names[leaf.path]}.{point.connector}"
         for passed in (edge.target for edge in path):
             if passed in self.assigned.values and (
-                origin.owner in self.names or origin in self.assigned.values
+                origin.owner in self.names or origin in self.assigned.values  # FMUs and recordings
             ):
                 self._say_overridden(passed, origin)
-        if not origin.owner:
-            self.inputs.setdefault(origin.connector, []).append(target)
         try:
-            if origin.owner in self.names:
+            if origin.owner not in self.network.leaves:
+                self._hand_in(leaf, point, path)
+            if origin.owner in self.network.recordings:
+                self.starts[leaf.path].pop(point.connector, None)
+            elif origin.owner in self.network.leaves:
                 self._wire(leaf, point, path)
             elif origin in self.assigned.values:
                 self._start(leaf, point, path)
@@ -131,7 +201,7 @@ class _Flat:
         origin = path[0].source
         source = f"{self.names[origin.owner]}.{origin.connector}"
         target = f"{self.names[leaf.path]}.{point.connector}"
-        where = path[-1].where if len(path) == 1 else f"{path[0].where} ... {path[-1].where}"
+        where = _where(path)
         carried = carry(self.network, path, trusted=(source, target) in self.trusted)
         given, taken = self.network.kinds[origin], self.network.kinds[point]
         if given != "output" or taken != "input":
@@ -146,6 +216,104 @@ class _Flat:
         units = [None if v is None else v.unit for v in variables]
         usual = carried.conversion == conversion(*units)
         self.wires.append(ResolvedWire(source, target, None if usual else carried.conversion, where))
+
+    def _hand_in(self, leaf: Leaf, point: Point, path: Sequence[Edge]) -> None:
+        """Let a recording, or an input or a parameter of the outermost system, lead to an FMU."""
+        connector = self._connector(path[0].source)
+        if connector is None or connector.kind == "structuralParameter":
+            return
+        source = self._signal(path[0].source)
+        target = f"{self.names[leaf.path]}.{point.connector}"
+        carried = carry(self.network, path, trusted=(source, target) in self.trusted)
+        variable = variable_of(leaf.component.fmu, point.connector)
+        end = connector.type or (None if variable is None else type_of(variable))
+        shape = shape_of(leaf.component.fmu, point.connector)
+        self._refuse_other_shape(connector, shape, target)
+        self._place(source, connector, end, shape)
+        self.wires.append(ResolvedWire(source, target, carried.conversion, _where(path)))
+
+    def _connector(self, point: Point) -> Connector | None:
+        """Find a connector of the outermost system or of a recording."""
+        if not point.owner:
+            return self.network.roots[point.connector]
+        recording = self.network.recordings.get(point.owner)
+        return None if recording is None else recording.connectors[point.connector]
+
+    def _refuse_other_shape(self, connector: Connector, shape: tuple[int, ...], other: str) -> None:
+        fault = shape_fault(connector, shape, f"of {other}")
+        self.problems += [] if fault is None else [fault]
+
+    def _signal(self, point: Point) -> str:
+        return f"{self.names[point.owner] if point.owner else self.owner}.{point.connector}"
+
+    def _note_unused_recordings(self) -> None:
+        used = {wire.source.partition(".")[0] for wire in self.wires}
+        for path, recording in self.network.recordings.items():
+            if self.names[path] not in used:
+                self.notes.append(f"{recording.where}: leads to no FMU and so is not read")
+
+    def _let_out(self, connector: Connector) -> None:
+        """Let an output of the outermost system have the value of what leads to it."""
+        point = Point((), connector.name)
+        path = self.network.source_of(point)
+        if not path:
+            self.notes.append(f"{connector.where}: is connected to nothing and so is no column of the result")
+            return
+        origin = path[0].source
+        target = f"{self.owner}.{connector.name}"
+        leaf = self.network.leaves.get(origin.owner)
+        if leaf is None and self._connector(origin) is None:
+            self.notes.append(f"{connector.where}: comes from no FMU and so is no column of the result")
+            return
+        source = self._signal(origin)
+        try:
+            carried = carry(self.network, path, trusted=(source, target) in self.trusted)
+        except ValueError as error:
+            self.problems.append(str(error))
+            return
+        if carried.kind in ("Binary", "Clock"):
+            got = f"got {carried.kind} -> {target}"
+            self.problems.append(f"{_where(path)}: cannot be exchanged, {got}, expected numbers or truths")
+            return
+        if carried.kind == "String":
+            self.notes.append(f"{connector.where}: is a text and so no column of the result")
+            return
+        end = self.network.types[origin]
+        shape: tuple[int, ...] = ()
+        if leaf is None:
+            given = self._connector(origin)
+            assert given is not None
+            self._place(source, given, end or connector.type, (), self._held(origin))
+        else:
+            variable = variable_of(leaf.component.fmu, origin.connector)
+            end = connector.type or (
+                None if variable is None else replace(type_of(variable), unit=carried.unit)
+            )
+            shape = shape_of(leaf.component.fmu, origin.connector)
+            self._refuse_other_shape(connector, shape, source)
+        self._place(target, connector, end, shape)
+        self.wires.append(ResolvedWire(source, target, carried.conversion, _where(path)))
+
+    def _held(self, origin: Point) -> float | int | bool | str | None:
+        """Value of an input of the outermost system that leads to an output of it."""
+        bound = self.assigned.values.get(origin)
+        return None if bound is None else bound.values[0]
+
+    def _place(
+        self,
+        name: str,
+        connector: Connector,
+        data_type: DataType | None,
+        shape: tuple[int, ...],
+        start: float | int | bool | str | None = None,
+    ) -> None:
+        is_recording = name.partition(".")[0] != self.owner
+        kind = "input" if is_recording else connector.kind if connector.kind in INPUTS else "output"
+        known = self.connectors.get(name)
+        start = start if known is None or known.start is None else known.start
+        self.connectors[name] = ResolvedConnector(
+            kind, data_type or DataType("Real"), shape, start, connector.where
+        )
 
     def _start(self, leaf: Leaf, point: Point, path: Sequence[Edge]) -> None:
         """Start an input or a parameter from the value of the connector that it comes from."""
@@ -172,7 +340,7 @@ class _Flat:
                 continue
             path = self.network.source_of(point)
             origin = path[0].source if path else point
-            if origin.owner not in self.starts:
+            if origin.owner not in self.starts:  # no FMU
                 self.notes.append(
                     f"{bound.where}: {point} is an output of no FMU, and so the value is not used"
                 )
@@ -206,44 +374,29 @@ class _Flat:
                 places[name] = bound.where
         return ResolvedFmu(leaf.component.file, start, leaf.component.where, places)
 
-    def _order_wires(self, structure: Structure) -> None:
+    def _order_wires(self) -> None:
         """Keep the order of the file where the system is flat."""
-        places = {link.where: i for i, link in enumerate(structure.system.links)}
+        places = {link.where: i for i, link in enumerate(self.structure.system.links)}
         self.wires.sort(key=lambda wire: places.get(wire.where, len(places)))
 
-    def _root_notes(self) -> list[str]:
-        """What the outermost system's connectors are connected to."""
-        roots = self.network.roots.values()
-        taken = [
-            f"{c.name} -> {', '.join(self.inputs.get(c.name, ['nothing']))}"
-            for c in roots
-            if c.kind in INPUTS
-        ]
-        given = [f"{c.name} = {self._said_output(Point((), c.name))}" for c in roots if c.kind not in INPUTS]
-        return [
-            f"{what} of the system: {'; '.join(found)}"
-            for what, found in (("inputs", taken), ("outputs", given))
-            if found
-        ]
 
-    def _said_output(self, point: Point) -> str:
-        path = self.network.source_of(point)
-        origin = path[0].source if path else None
-        if origin is None or origin.owner not in self.names:
-            return "nothing"
-        name = f"{self.names[origin.owner]}.{origin.connector}"
-        try:
-            found = carry(self.network, path).conversion
-        except ValueError as error:
-            self.problems.append(str(error))
-            return ""
-        if found.is_identity:
-            return name
-        inner = name if found.is_affine else f"map({name})"
-        return f"{found.factor:.15g} * {inner} + {found.offset:.15g}"
+def _where(path: Sequence[Edge]) -> str:
+    return path[-1].where if len(path) == 1 else f"{path[0].where} ... {path[-1].where}"
 
 
-def _names(leaves: Mapping[Path, Leaf]) -> dict[Path, str]:
+def _owner(name: str, taken: Collection[str]) -> str:
+    """Name of the system in signals: without what names of FMUs may not have, and none of those."""
+    printable = "".join(c if c.isprintable() else "-" for c in name)
+    wanted = _FORBIDDEN.sub("-", printable) or "system"
+    found = wanted
+    n = 2
+    while found in taken:
+        found = f"{wanted}-{n}"
+        n += 1
+    return found
+
+
+def _names(leaves: Collection[Path]) -> dict[Path, str]:
     """Names without what the YAML form forbids, each once."""
     found: dict[Path, str] = {}
     taken: set[str] = set()

@@ -58,12 +58,17 @@ Transformation = Linear | Table
 
 @dataclass(frozen=True)
 class Connector:
-    """A connector of a component, a system or a dictionary's reference."""
+    """
+    A connector of a component, a system or a dictionary's reference.
+
+    `shape` are the lengths along the dimensions that it declares, None where another connector has one.
+    """
 
     name: str
     kind: str
     type: DataType | None
     where: str
+    shape: tuple[int | None, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -131,6 +136,18 @@ class Component:
 
 
 @dataclass(frozen=True)
+class Recording:
+    """A table of signals over the time [s] in column `time`; `file` is on disk, `member` in the archive."""
+
+    name: str
+    connectors: Mapping[str, Connector]
+    file: Path
+    member: str
+    time: str
+    where: str
+
+
+@dataclass(frozen=True)
 class Dictionary:
     """Signals that references in several systems share."""
 
@@ -156,7 +173,7 @@ class SubSystem:
     name: str
     connectors: Mapping[str, Connector]
     bindings: tuple[Binding, ...]
-    elements: Mapping[str, Component | SubSystem | Reference]
+    elements: Mapping[str, Component | Recording | SubSystem | Reference]
     links: tuple[Link, ...]
     dictionaries: Mapping[str, Dictionary]
     where: str

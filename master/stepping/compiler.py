@@ -73,7 +73,8 @@ class _Compiler:
         self.schedule = schedule
         self.channels = channels
         self.measured = measured
-        outputs = {name: i.description.outputs for name, i in system.instances.items()}
+        self.outlets = system.outlets if read is None else ()
+        outputs = {name: system.read_from(name) for name in system.instances}
         self.read: Mapping[str, Sequence[Variable]] = outputs if read is None else read
         self.number_of = {name: i for i, name in enumerate(system.instances)}
         self.interfaces = {name: slaves[name].interface() for name in system.instances}
@@ -106,6 +107,8 @@ class _Compiler:
         self._allocate()
         for group in self.schedule.groups:
             group.emit(self, self.schedule.every)
+        for wire in self.outlets:
+            self._let_out(wire)
         return Program(
             memory=self._memory(),
             place=self.placed,
@@ -129,18 +132,35 @@ class _Compiler:
             self._add(Operation.KEEP, 1, source, target, self._cells(wire.delay), wire.delay)
             source = target
             every = 1
-        if not wire.conversion.is_affine:
-            self._add(Operation.MAP, every, source, target, len(self.maps), len(wire.conversion.table))
-            self.maps += wire.conversion.table
-            source = target
-        if source != target or wire.conversion.is_scaled:
-            self.copy(source, target, every, wire)
+        self._convert(wire, source, target, every)
         if has_channel:
             self.copy(target, self.arrived(wire), every)
             self._channel(wire.target.name, target)
         if wire.extrapolation:
             cells = self._cells(wire.extrapolation)
             self._add(Operation.EXTRAPOLATE, rate, target, wire.extrapolation, cells)
+
+    def _convert(self, wire: Wire, source: int, target: int, every: int) -> None:
+        if not wire.conversion.is_affine:
+            self._add(Operation.MAP, every, source, target, len(self.maps), len(wire.conversion.table))
+            self.maps += wire.conversion.table
+            source = target
+        if source != target or wire.conversion.is_scaled:
+            self.copy(source, target, every, wire)
+
+    def _let_out(self, wire: Wire) -> None:
+        """Let an output of the whole system have the value of its source after each tick."""
+        name, source = wire.target.name, self.placed.get(wire.source.name)
+        if source is not None and wire.conversion.is_identity:
+            self.placed[name] = source
+            return
+        target = self.places(name, 1)
+        if source is None:  # an input of the system: from a recording, or held until an event
+            if name in self.measured:
+                self.feeds.append([target, self.measured[name]])
+                self._add(Operation.FEED, 1, len(self.feeds) - 1, len(self.feeds))
+            return
+        self._convert(wire, source, target, 1)
 
     def feed(self, instance: str, every: int) -> Mapping[str, int]:
         """Copy measured values to the inputs that have any; give these and their places."""

@@ -71,8 +71,8 @@ def read_initial_values(
 ) -> None:
     """Row 0 of the table of values, and what older values are held at until their first ones arrive."""
     values, place = program.values, program.place
-    for name, instance in system.instances.items():
-        chosen = instance.description.outputs if read is None else read[name]
+    for name in system.instances:
+        chosen = system.read_from(name) if read is None else read[name]
         for v, value in zip(chosen, slaves[name].get(chosen), strict=True):
             values[place[Port(name, v).name]] = value
     wired = {wire.target.name for wire in system.wires}
@@ -84,6 +84,11 @@ def read_initial_values(
     for wire in system.wires:
         source = values[place[wire.source.name]]
         values[place[wire.target.name]] = wire.conversion.of(source)
+    for wire in system.outlets if read is None else ():
+        name = wire.target.name
+        values[place[name]] = (
+            system.held[name] if name in system.held else wire.conversion.of(values[place[wire.source.name]])
+        )
     program.fill_rings()
 
 

@@ -6,5 +6,6 @@ from master.system.graph import Port, System
 
 
 def recorded_ports(system: System) -> list[Port]:
-    """List what a run records: all outputs."""
-    return [Port(n, v) for n, i in system.instances.items() for v in i.description.outputs]
+    """List what a run records: all outputs, those of the whole system last."""
+    own = [Port(n, v) for n, i in system.instances.items() for v in i.description.outputs]
+    return own + [wire.target for wire in system.outlets]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -16,6 +17,16 @@ from master.text.signal_name import SignalName
 
 NEVER = 2**62  # no run has as many ticks
 _NEUTRAL = {MODE: float(PASS), OFFSET: 0.0, DELAY: 0.0, JITTER: 0.0}
+
+
+@dataclass(frozen=True)
+class PlayerState:
+    """Events that wait and act, conditions that have not come true, values from before the first event."""
+
+    waiting: tuple[tuple[int, ScenarioEvent], ...]
+    armed: tuple[bool, ...]
+    acting: tuple[tuple[int, Action], ...]
+    before: Mapping[str, float]
 
 
 class ScenarioPlayer:
@@ -92,6 +103,17 @@ class ScenarioPlayer:
         for event in due:
             self._begin(event, tick)
 
+    def state(self) -> PlayerState:
+        """Return what has been played so far."""
+        return PlayerState(tuple(self._waiting), tuple(self._armed), tuple(self._acting), dict(self._before))
+
+    def restore(self, state: PlayerState) -> None:
+        """Go back to where it was."""
+        self._waiting = list(state.waiting)
+        self._armed = list(state.armed)
+        self._acting = list(state.acting)
+        self._before = dict(state.before)
+
     def _begin(self, event: ScenarioEvent, tick: int) -> None:
         end = NEVER if event.duration is None else tick + self._grid.ticks_of(event.duration)
         setting = [action.target for action in event.actions if action.value is not None]
@@ -106,6 +128,10 @@ class ScenarioPlayer:
     def _remember(self, targets: Sequence[str]) -> None:
         """Read values before they are set."""
         for instance, own in self._by_instance(targets).items():
+            if instance in self._system.connectors:
+                place = self._program.place
+                self._before |= {target: float(self._program.values[place[target]]) for target in own}
+                continue
             slave = self._slaves[instance]
             found = slave.get([self._system.port(target).variable for target in own])
             self._before |= zip(own, found, strict=True)
@@ -133,6 +159,8 @@ class ScenarioPlayer:
     def _set(self, values: Mapping[str, float]) -> None:
         """Set values, those of an instance at once, and where each step sets them too, what it sets."""
         for instance, own in self._by_instance(values).items():
+            if instance in self._system.connectors:
+                continue
             variables = [self._system.port(target).variable for target in own]
             self._slaves[instance].set(variables, [values[target] for target in own])
         for target, value in values.items():

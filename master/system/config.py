@@ -19,6 +19,7 @@ from pydantic import (
 
 from master.coupling.methods.catalogue import OrderEntry
 from master.errors import ConfigError, Problem
+from master.fmi.units import Unit
 from master.text.fields import (
     Finite,
     GivenSetting,
@@ -78,6 +79,23 @@ class Connection(Section):
     delay: Ticks = 0
     extrapolation: Annotated[Integer, Field(ge=0, le=2)] = 0
     tolerance: Positive | None = None
+
+
+class SystemConnector(Section):
+    """
+    An input, a parameter or an output of the whole system; connections lead from it or to it as to an FMU.
+
+    `unit` converts as that of an FMU's variable, `items` are those of an enumeration, `shape` the lengths of
+    an array along each dimension. `start` is the value of an input or a parameter; where it is not given,
+    the FMUs keep theirs.
+    """
+
+    kind: Literal["input", "parameter", "output"] = Field(examples=["output"])
+    type: Literal["real", "integer", "boolean", "string"] = "real"
+    unit: str | None = None
+    items: Annotated[dict[str, Integer], OrEmpty] = {}
+    shape: list[Annotated[Integer, Field(ge=1)]] = []
+    start: GivenSetting | None = None
 
 
 class Coupling(Section):
@@ -186,6 +204,7 @@ class Config(Section):
     ]
     coupling: Coupling = Coupling()
     connections: list[Connection] = []
+    connectors: dict[SignalKey, SystemConnector] = {}
     variants: dict[Name, Variant] = {}
     compare: Compare | None = None
     dpdc: PhaseLead | None = None
@@ -239,6 +258,8 @@ class LoadedConfig:
 
     `problems` are faults of the file; with any of them, `config` is what is left without them.
     `is_designed`: the values that a design (`dpdc: {design: auto}`) gives are among its values already.
+    `units` are those that the file itself defines for connectors of the system, by the connector; `files` are
+    recordings that were unpacked from it, by the name that `inputs` has for them.
     """
 
     config: Config
@@ -246,6 +267,8 @@ class LoadedConfig:
     problems: list[Problem] = field(default_factory=list)
     notes: tuple[str, ...] = ()
     is_designed: bool = False
+    units: Mapping[str, Unit] = field(default_factory=dict)
+    files: Mapping[str, Path] = field(default_factory=dict)
 
     @property
     def folder(self) -> Path:

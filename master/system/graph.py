@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 from master.errors import ConfigError, Problem, nearest
@@ -15,6 +15,7 @@ from master.text.scalar import Setting
 from master.text.signal_name import SignalName
 
 from .config import Connection, LoadedConfig
+from .connectors import described_connectors
 
 Descriptions = Mapping[str, Description | None]
 """By instance name; None where the FMU could not be read, so that nothing is said of its variables."""
@@ -73,17 +74,26 @@ class System:
     Instances by name in the order of the file, and the wires between them.
 
     `unread` names the FMUs of a wrong file that could not be read; it is empty in a system that runs.
+
+    `connectors` describes inputs and outputs of the whole by the name of the system. `inlets` are wires from
+    its inputs and parameters to FMUs, `outlets` those to its outputs; `given` are values of the first, `held`
+    those of outputs that come from an input of the system itself.
     """
 
     instances: Mapping[str, Instance]
     wires: tuple[Wire, ...]
     unread: tuple[str, ...] = ()
+    connectors: Mapping[str, Description] = field(default_factory=dict)
+    inlets: tuple[Wire, ...] = ()
+    outlets: tuple[Wire, ...] = ()
+    given: Mapping[str, float | str] = field(default_factory=dict)
+    held: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def descriptions(self) -> dict[str, Description | None]:
-        """Description of each FMU by instance name."""
+        """Description of each FMU, and of the system's own connectors, by instance name."""
         known = {name: i.description for name, i in self.instances.items()}
-        return known | dict.fromkeys(self.unread)
+        return {**known, **dict.fromkeys(self.unread), **self.connectors}
 
     @cached_property
     def _into(self) -> dict[str, list[Wire]]:
@@ -96,15 +106,33 @@ class System:
         """Wires that end at an instance."""
         return self._into[instance]
 
+    def driven_by(self, signal: str) -> list[Wire]:
+        """Wires from an input or a parameter of the whole system."""
+        return [w for w in (*self.inlets, *self.outlets) if w.source.name == signal]
+
+    def read_from(self, instance: str) -> tuple[Variable, ...]:
+        """Variables of an FMU that a run reads: its outputs, and what else is an output of the system."""
+        outputs = self.instances[instance].description.outputs
+        known = {v.name for v in outputs}
+        more = {
+            w.source.variable.name: w.source.variable for w in self.outlets if w.source.instance == instance
+        }
+        return (*outputs, *(v for name, v in more.items() if name not in known))
+
     def port(self, signal: str) -> Port:
         """Find `instance.variable`; KeyError if there is none."""
         name = SignalName(signal)
-        return Port(name.instance, self.instances[name.instance].description.by_name[name.variable])
+        return Port(name.instance, self._described(name.instance).by_name[name.variable])
 
     def primary(self, signal: str) -> Port:
         """Find the primary variable of those that share a value with `instance.variable`, as `port` does."""
         name = SignalName(signal)
-        return Port(name.instance, self.instances[name.instance].description.primary(name.variable))
+        return Port(name.instance, self._described(name.instance).primary(name.variable))
+
+    def _described(self, instance: str) -> Description:
+        """Describe an FMU or a connector's owner; KeyError if there is none."""
+        known = self.instances.get(instance)
+        return self.connectors[instance] if known is None else known.description
 
 
 def build_system(
@@ -133,20 +161,115 @@ def join(
     """Join as `build_system` does, and return what is right with the faults of the rest."""
     problems: list[str] = []
     descriptions = _with_structures(loaded, descriptions, overrides, problems)
-    wires = _wires(loaded, descriptions, problems)
-    connected = {w.target.name for w in wires}
-    instances = {
-        name: Instance(name, d, loaded.config.fmus[name].every, _start(loaded, name, d, connected, problems))
-        for name, d in descriptions.items()
-        if d is not None
-    }
-    unread = tuple(name for name, d in descriptions.items() if d is None)
+    connectors = described_connectors(loaded, descriptions, problems)
+    described = {**descriptions, **connectors}
+    wires = _wires(loaded, described, connectors, problems)
+    inner = [w for w in wires if not {w.source.instance, w.target.instance} & set(connectors)]
+    joined = _Joined(
+        instances={
+            name: Instance(name, d, loaded.config.fmus[name].every, {})
+            for name, d in descriptions.items()
+            if d is not None
+        },
+        connectors=connectors,
+        inlets=[w for w in wires if w.source.instance in connectors and w.target.instance not in connectors],
+        outlets=[w for w in wires if w.target.instance in connectors],
+        connected={w.target.name for w in inner},
+        unread=tuple(name for name, d in descriptions.items() if d is None),
+    )
+    for name, entry in loaded.config.connectors.items():
+        fault = None if entry.start is None else joined.set(name, entry.start)
+        problems += [] if fault is None else [f"{loaded.where('connectors', name, 'start')}: {fault}"]
+    for name, instance in list(joined.instances.items()):
+        own = _start(loaded, name, instance.description, joined.connected, problems)
+        joined.instances[name] = replace(instance, start={**instance.start, **own})
     for signal, (where, value) in overrides.items():
-        fault = _override(instances, signal, value, connected, unread)
+        fault = joined.set(signal, value)
         problems += [] if fault is None else [f"{where}: {fault}"]
-    problems += _variant_faults(loaded, instances, connected, unread)
-    _check_signals(loaded, descriptions, problems)
-    return System(instances, tuple(wires), unread), problems
+    problems += _variant_faults(loaded, joined)
+    _check_signals(loaded, described, joined.outlets, problems)
+    return joined.system(inner), problems
+
+
+@dataclass
+class _Joined:
+    """What of a system values are set in."""
+
+    instances: dict[str, Instance]
+    connectors: Mapping[str, Description]
+    inlets: list[Wire]
+    outlets: list[Wire]
+    connected: set[str]
+    unread: tuple[str, ...]
+    given: dict[str, float | str] = field(default_factory=dict)
+    held: dict[str, float] = field(default_factory=dict)
+
+    def system(self, wires: Sequence[Wire]) -> System:
+        """Make the system; outputs that come from an input without a value have 0."""
+        handed = [w for w in self.outlets if w.source.instance in self.connectors]
+        return System(
+            instances=self.instances,
+            wires=tuple(wires),
+            unread=self.unread,
+            connectors=self.connectors,
+            inlets=tuple(self.inlets),
+            outlets=tuple(self.outlets),
+            given=self.given,
+            held={w.target.name: w.conversion.of(0.0) for w in handed} | self.held,
+        )
+
+    def copy(self) -> _Joined:
+        """Make one whose values may change without changing these."""
+        return replace(self, instances=dict(self.instances), given=dict(self.given), held=dict(self.held))
+
+    def restructure(self, name: str, values: Mapping[str, Setting]) -> None:
+        """Give the arrays of an FMU the sizes that values ask for; ConfigError if they cannot be had."""
+        instance = self.instances.get(name)
+        if instance is not None:
+            structured = with_structure(instance.description, values)
+            self.instances[name] = replace(instance, description=structured)
+
+    def set(self, signal: str, value: Setting) -> str | None:
+        """Set one value over those of the file; return what is wrong with it."""
+        name, key = SignalName(signal).parts
+        if name in self.unread:
+            return None
+        if name in self.connectors:
+            return self._hand_in(name, key, value)
+        if name not in self.instances:
+            return Problem("no such FMU", got=repr(name), expected=nearest(name, self.instances))
+        instance = self.instances[name]
+        try:
+            parsed = settable(instance.description, name, key, value, self.connected)
+        except ValueError as error:
+            return str(error)
+        self.instances[name] = replace(instance, start={**instance.start, **parsed})
+        return None
+
+    def _hand_in(self, name: str, key: str, value: Setting) -> str | None:
+        """Set an input or a parameter of the system: all that it leads to."""
+        try:
+            parsed = settable(self.connectors[name], name, key, value, set())
+        except ValueError as error:
+            return str(error)
+        for variable, number in parsed.items():
+            signal = f"{name}.{variable}"
+            self.given[signal] = number
+            for wire in (w for w in (*self.inlets, *self.outlets) if w.source.name == signal):
+                carried = handed(wire, number)
+                if wire.target.instance in self.connectors:
+                    self.held[wire.target.name] = float(carried)
+                    continue
+                fault = self.set(wire.target.name, carried)
+                if fault is not None:
+                    return f"{wire.target.name}: {fault}"
+        return None
+
+
+def handed(wire: Wire, value: float | str) -> float | str:
+    """Convert a value of the system's input for what a wire leads it to; a text and a plain integer stay."""
+    is_kept = isinstance(value, str) or wire.conversion.is_identity
+    return value if is_kept else wire.conversion.of(float(value))
 
 
 def _with_structures(
@@ -195,51 +318,36 @@ def _start(
     return values
 
 
-def _variant_faults(
-    loaded: LoadedConfig, instances: Mapping[str, Instance], connected: set[str], unread: tuple[str, ...]
-) -> list[str]:
+def _variant_faults(loaded: LoadedConfig, joined: _Joined) -> list[str]:
     """Faults of all variants, chosen or not; a variant may give arrays other sizes."""
     faults: list[str] = []
     for variant, fmus in loaded.config.variants.items():
         for name, values in fmus.items():
-            own = dict(instances)
+            own = joined.copy()
             try:
-                if name in own:
-                    own[name] = replace(own[name], description=with_structure(own[name].description, values))
+                own.restructure(name, values)
             except ConfigError as error:
                 faults += [p.at(loaded.where("variants", variant, name)) for p in error.problems]
                 continue
             for key, value in values.items():
-                fault = _override(own, f"{name}.{key}", value, connected, unread)
+                fault = own.set(f"{name}.{key}", value)
                 if fault is not None:
                     faults.append(f"{loaded.where('variants', variant, name, key)}: {fault}")
     return faults
 
 
-def _override(
-    instances: dict[str, Instance], signal: str, value: Setting, connected: set[str], unread: tuple[str, ...]
-) -> str | None:
-    """Set one value over those of the file; return what is wrong with it."""
-    name, key = SignalName(signal).parts
-    if name in unread:
-        return None
-    if name not in instances:
-        return Problem("no such FMU", got=repr(name), expected=nearest(name, instances))
-    instance = instances[name]
-    try:
-        parsed = settable(instance.description, name, key, value, connected)
-    except ValueError as error:
-        return str(error)
-    instances[name] = replace(instance, start={**instance.start, **parsed})
-    return None
-
-
-def _wires(loaded: LoadedConfig, descriptions: Descriptions, problems: list[str]) -> list[Wire]:
+def _wires(
+    loaded: LoadedConfig, descriptions: Descriptions, connectors: Collection[str], problems: list[str]
+) -> list[Wire]:
     wires: list[Wire] = []
     first: dict[str, tuple[int, str]] = {}
     for i, connection in _scalars(loaded, descriptions, problems):
-        source = _port(loaded, descriptions, i, "from", connection.source, problems)
-        target = _port(loaded, descriptions, i, "to", connection.target, problems)
+        ends = {"from": connection.source, "to": connection.target}
+        at_system = {SignalName(signal).instance for signal in ends.values()} & set(connectors)
+        source, target = (
+            _port(loaded, descriptions, (i, end), signal, _allowed(end, signal, at_system), problems)
+            for end, signal in ends.items()
+        )
         reached = connection.target if target is None else target.name
         if reached in first:
             j, name = first[reached]
@@ -254,6 +362,9 @@ def _wires(loaded: LoadedConfig, descriptions: Descriptions, problems: list[str]
         first[reached] = (i, connection.target)
         if source is not None and target is not None:
             wires += _wire(loaded, i, connection, source, target, problems)
+            if at_system and (connection.delay or connection.extrapolation or connection.tolerance):
+                fault = "a connector of the system has the value at once, got a delay or another rule"
+                problems.append(f"{loaded.where('connections', i)}: {fault}, expected none")
     return wires
 
 
@@ -299,7 +410,9 @@ def _wire(
             f"got {_with_unit(source)} -> {_with_unit(target)}, expected the same quantity"
         )
         return []
-    if Kind.STRING in (source.variable.kind, target.variable.kind):
+    kinds = {source.variable.kind, target.variable.kind}
+    is_handed_in = source.variable.causality != "output" and target.variable.causality != "output"
+    if Kind.STRING in kinds and not (is_handed_in and len(kinds) == 1):
         problems.append(f"{loaded.where('connections', i)}: strings cannot be connected, got {source.name}")
         return []
     if c.map and Kind.REAL in (source.variable.kind, target.variable.kind):
@@ -318,26 +431,33 @@ def _with_unit(port: Port) -> str:
     return f"{port.name} [{port.variable.unit_name}]"
 
 
-_ALLOWED = {"from": ("output",), "to": ("input",)}
+def _allowed(end: str, signal: str, at_system: Collection[str]) -> tuple[str, ...]:
+    """Causalities of one end of a connection; `at_system` has the system's name if it is at either end."""
+    if not at_system:
+        return ("output",) if end == "from" else ("input",)
+    if SignalName(signal).instance in at_system:
+        return ("input", "parameter") if end == "from" else ("output",)
+    return ("output", "calculatedParameter", "local") if end == "from" else ("input", "parameter")
 
 
 def _port(
     loaded: LoadedConfig,
     descriptions: Descriptions,
-    i: int,
-    end: str,
+    place: tuple[int, str],
     signal: str,
+    causalities: tuple[str, ...],
     problems: list[str],
 ) -> Port | None:
-    fault = signal_fault(descriptions, signal, _ALLOWED[end])
+    fault = signal_fault(descriptions, signal, causalities)
     if fault is not None:
-        problems.append(f"{loaded.where('connections', i, end)}: {fault}")
+        problems.append(f"{loaded.where('connections', *place)}: {fault}")
         return None
     name = SignalName(signal)
     description = descriptions[name.instance]
     if description is None:
         return None
-    variable = description.by_name[name.variable] if end == "from" else description.primary(name.variable)
+    is_source = place[1] == "from"
+    variable = description.by_name[name.variable] if is_source else description.primary(name.variable)
     return Port(name.instance, variable)
 
 
@@ -373,13 +493,19 @@ def signal_fault(
     )
 
 
-def _check_signals(loaded: LoadedConfig, descriptions: Descriptions, problems: list[str]) -> None:
+def _check_signals(
+    loaded: LoadedConfig, descriptions: Descriptions, outlets: Sequence[Wire], problems: list[str]
+) -> None:
     compare = loaded.config.compare
+    sources = {w.target.name: w.source for w in outlets}
     named = {} if compare is None else {k: v for k, v in compare.model_dump().items() if isinstance(v, str)}
     for key, signal in named.items():
         fault = signal_fault(descriptions, signal, ("output",))
         if fault is not None:
             problems.append(f"{loaded.where('compare', key)}: {fault}")
+        elif signal in sources and sources[signal].variable.causality != "output":
+            got = f"{signal}, which is {sources[signal].name}"
+            problems.append(f"{loaded.where('compare', key)}: no output of an FMU, got {got}, expected one")
     for signal in loaded.config.limits:
         fault = signal_fault(descriptions, signal, ("output",))
         if fault is not None:

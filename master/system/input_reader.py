@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from master.errors import DataError, expected
 from master.fmi.unit_names import unit as unit_named
+from master.fmi.units import Conversion
 from master.recording.tables import Table, read_table
 
 from .config import InputFile, LoadedConfig, MeasuredColumn
@@ -20,7 +21,7 @@ _COARSEST = 0.25  # of a tick: how far a time may be off by the digits it is sto
 
 
 class InputReader:
-    """The samples of one file at the ticks of the run."""
+    """The samples of one file, `path`, at the ticks of the run."""
 
     def __init__(
         self, loaded: LoadedConfig, i: int, given: InputFile, grid: Grid, problems: list[str]
@@ -28,7 +29,8 @@ class InputReader:
         self._given = given
         self._problems = problems
         self._grid = grid
-        self._path = loaded.folder / given.file
+        self.path = loaded.files.get(given.file, loaded.folder / given.file)
+        self._shown = given.file if given.file in loaded.files else str(self.path)
         self._table = self._read(loaded.where("inputs", i, "file"))
         self._ticks = None if self._table is None else self._sample_ticks(self._table, loaded, i)
 
@@ -39,28 +41,31 @@ class InputReader:
             return None
         if len(values) != len(self._ticks):
             got = f"{len(values)} values, expected {len(self._ticks)} as in the column of the time"
-            self._problems.append(f"{where}: {self._path}: column {column.column!r}: got {got}")
+            self._problems.append(f"{where}: {self._shown}: column {column.column!r}: got {got}")
             return None
         at = np.arange(self._grid.n_ticks + 1, dtype=np.float64)
+        if np.array_equal(self._ticks[: len(at)], at):
+            return values[: len(at)]
         if self._given.interpolation == "linear":
             return np.interp(at, self._ticks, values)
         return values[np.searchsorted(np.ceil(self._ticks), at, side="right") - 1]
 
     def _read(self, where: str) -> Table | None:
         try:
-            return read_table(self._path, self._given.array)
+            return read_table(self.path, self._given.array)
         except DataError as error:
-            self._problems += [f"{where}: {line}" for line in str(error).splitlines()]
+            said = str(error).replace(str(self.path), self._shown)
+            self._problems += [f"{where}: {line}" for line in said.splitlines()]
             return None
 
     def _numbers(self, table: Table, name: str, where: str) -> Floats | None:
         if name not in table.columns:
             known = expected(name, table.columns)
-            self._problems.append(f"{where}: {table.path}: no such column, got {name!r}, {known}")
+            self._problems.append(f"{where}: {self._shown}: no such column, got {name!r}, {known}")
             return None
         faults = [*table.faults.get("", []), *table.faults.get(name, [])]
         faults = faults or list(_not_finite(table, name))
-        self._problems += [f"{where}: {fault}" for fault in faults]
+        self._problems += [f"{where}: {f.replace(str(table.path), self._shown)}" for f in faults]
         return None if faults else table.columns[name]
 
     def _sample_ticks(self, table: Table, loaded: LoadedConfig, i: int) -> Floats | None:
@@ -71,7 +76,7 @@ class InputReader:
         if times is None or factor is None:
             return None
         faults = list(self._time_faults(table, times, factor))
-        self._problems += [f"{where}: {table.path}: {fault}" for fault in faults]
+        self._problems += [f"{where}: {self._shown}: {fault}" for fault in faults]
         return None if faults else self._snapped(times, factor)
 
     def _snapped(self, times: Floats, factor: float) -> Floats:
@@ -107,6 +112,14 @@ class InputReader:
         if self._given.interpolation == "linear" and ticks[-1] < self._grid.n_ticks:
             end = f"{self._grid.time(self._grid.n_ticks):.9g} s"
             yield f"ends at {times[-1] * factor:.9g} s, expected a sample at or after the stop, {end}"
+
+
+def converted(change: Conversion, values: Floats) -> Floats:
+    """Convert values as a wire converts each."""
+    found = values
+    for key, value in change.table:
+        found = np.where(values == key, value, found)
+    return change.factor * found + change.offset if change.is_scaled else found
 
 
 def _not_finite(table: Table, name: str) -> Iterator[str]:

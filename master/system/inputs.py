@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from master.errors import ConfigError, expected
 from master.fmi.description import Kind
 from master.fmi.unit_names import unit as unit_named
 from master.fmi.units import Conversion, Unit, conversion
+from master.text.signal_name import SignalName
 
 from .config import LoadedConfig, MeasuredColumn
 from .graph import Instance, System
@@ -32,11 +35,13 @@ class MeasuredInputs:
     All inputs under recordings.
 
     `values` has a row for each tick and one more, shape (ticks + 1, inputs), in the units of the inputs: row
-    k holds those at t_k. An input has them as from an FMU that steps before all others.
+    k holds those at t_k. An input has them as from an FMU that steps before all others. `files` are the
+    recordings on disk by the names that the system has for them.
     """
 
     feeds: tuple[Feed, ...] = ()
     values: Floats | None = None
+    files: Mapping[str, Path] = field(default_factory=dict)
 
     @property
     def columns(self) -> dict[str, int]:
@@ -55,22 +60,31 @@ def measured_inputs(loaded: LoadedConfig, system: System, grid: Grid) -> Measure
         return MeasuredInputs()
     import numpy as np
 
-    from .input_reader import InputReader
+    from .input_reader import InputReader, converted
 
     problems: list[str] = []
     feeds: list[Feed] = []
     values: list[Floats] = []
+    files: dict[str, Path] = {}
     for i, given in enumerate(loaded.config.inputs):
         reader = InputReader(loaded, i, given, grid, problems)
+        files[given.file] = reader.path
         for signal, column in given.map.items():
-            conversion_ = _checked(loaded, i, signal, column, system, {f.target for f in feeds}, problems)
+            where = loaded.where("inputs", i, "map", signal)
+            targets = _targets(system, signal, where, problems)
+            if targets is None:
+                continue
+            _refuse_second_sources(loaded, system, targets, where, problems, {f.target for f in feeds})
+            into = _conversion(column, system.primary(signal).variable.unit, where, problems)
             found = reader.column(column, loaded.where("inputs", i, "map", signal, "column"))
-            if conversion_ is not None and found is not None:
-                feeds.append(Feed(f"{given.file}: {column.column}", signal))
-                values.append(conversion_.factor * found + conversion_.offset)
+            if into is None or found is None:
+                continue
+            for target, on_the_way in targets.items():
+                feeds.append(Feed(f"{given.file}: {column.column}", target))
+                values.append(converted(on_the_way, into.factor * found + into.offset))
     if problems:
         raise ConfigError(dict.fromkeys(problems))
-    return MeasuredInputs(tuple(feeds), np.column_stack(values)) if feeds else MeasuredInputs()
+    return MeasuredInputs(tuple(feeds), np.column_stack(values), files) if feeds else MeasuredInputs()
 
 
 def with_first_values(system: System, inputs: MeasuredInputs) -> System:
@@ -78,40 +92,56 @@ def with_first_values(system: System, inputs: MeasuredInputs) -> System:
     if inputs.values is None:
         return system
     instances: dict[str, Instance] = dict(system.instances)
+    held = dict(system.held)
     for feed, value in zip(inputs.feeds, inputs.values[0], strict=True):
         name, _, variable = feed.target.partition(".")
+        if name in system.connectors:
+            held[feed.target] = float(value)
+            continue
         start = {**instances[name].start, variable: float(value)}
         instances[name] = replace(instances[name], start=start)
-    return replace(system, instances=instances)
+    return replace(system, instances=instances, held=held)
 
 
-def _checked(
+def _targets(system: System, signal: str, where: str, problems: list[str]) -> dict[str, Conversion] | None:
+    """Inputs that a signal is or leads to, with what becomes of its value; None, with a problem, if none."""
+    name, variable = SignalName(signal).parts
+    descriptions = {**{n: i.description for n, i in system.instances.items()}, **system.connectors}
+    if name not in descriptions:
+        problems.append(f"{where}: no such FMU, got {name!r}, {expected(name, descriptions)}")
+        return None
+    known = descriptions[name].variables
+    inputs = [v.name for v in known if v.causality == "input" and v.kind is not Kind.STRING]
+    if variable not in inputs:
+        problems.append(f"{where}: no such input, got {variable!r}, {expected(variable, inputs)}")
+        return None
+    if name not in system.connectors:
+        return {signal: Conversion()}
+    targets = {wire.target.name: wire.conversion for wire in system.driven_by(signal)}
+    if not targets:
+        problems.append(f"{where}: leads to no FMU, got {signal!r}, expected a connected input")
+        return None
+    return targets
+
+
+def _refuse_second_sources(
     loaded: LoadedConfig,
-    i: int,
-    signal: str,
-    column: MeasuredColumn,
     system: System,
-    fed: set[str],
+    targets: Collection[str],
+    where: str,
     problems: list[str],
-) -> Conversion | None:
-    """Return the conversion of a column for an input; None, with a problem, if it cannot be driven."""
-    where = loaded.where("inputs", i, "map", signal)
-    instance, _, name = signal.partition(".")
-    if instance not in system.instances:
-        problems.append(f"{where}: no such FMU, got {instance!r}, {expected(instance, system.instances)}")
-        return None
-    known = system.instances[instance].description.by_name
-    inputs = [v.name for v in known.values() if v.causality == "input" and v.kind is not Kind.STRING]
-    if name not in inputs:
-        problems.append(f"{where}: no such input, got {name!r}, {expected(name, inputs)}")
-        return None
-    if signal in fed or signal in {w.target.name for w in system.wires}:
-        problems.append(f"{where}: has two sources, got {signal!r} again, expected one wire or one column")
-        return None
-    if any(signal in event.set for event in loaded.config.events):
-        problems.append(f"{where}: an event sets {signal!r} too, expected one of both")
-        return None
-    return _conversion(column, known[name].unit, where, problems)
+    fed: Collection[str],
+) -> None:
+    wired = {w.target.name for w in system.wires}
+    named = {signal for event in loaded.config.events for signal in event.set}
+    set_by_events = named | {w.target.name for signal in named for w in system.driven_by(signal)}
+    for target in targets:
+        if target in fed or target in wired:
+            problems.append(
+                f"{where}: has two sources, got {target!r} again, expected one wire or one column"
+            )
+        elif target in set_by_events:
+            problems.append(f"{where}: an event sets {target!r} too, expected one of both")
 
 
 def _conversion(

@@ -22,7 +22,7 @@ from master.text.signal_name import SignalName
 
 from .channel import DELAY, DROP, FREEZE, JITTER, MODE, OFFSET, RANDOM
 from .config import Event, LoadedConfig
-from .graph import System, signal_fault
+from .graph import System, handed, signal_fault
 from .grid import Grid
 
 _DEEDS = ("set", "offset", "freeze", "drop", "delay", "jitter")
@@ -250,10 +250,26 @@ class _EventReader:
             try:
                 parsed = parse(variable, value)
                 assert not isinstance(parsed, str)
-                yield Action(self._reached(target), value=parsed)
+                yield from self._reach(self._reached(target), parsed)
             except ValueError as error:
                 problem = Problem.of_line(f"set: {target}: value not allowed, got {shown(value)}, {error}")
                 self.problems.append(problem)
+
+    def _reach(self, target: str, value: float) -> Iterator[Action]:
+        """Act on a target itself, or on all that an input of the whole system leads to."""
+        if SignalName(target).instance not in self.system.connectors:
+            yield Action(target, value=value)
+            return
+        wires = self.system.driven_by(target)
+        if not wires:
+            self._add(f"{target} leads to no FMU", where="set", expected="a connected input")
+        for wire in wires:
+            carried = handed(wire, value)
+            assert not isinstance(carried, str)
+            if wire.target.instance in self.system.connectors:
+                yield Action(wire.target.name, value=carried)
+            else:
+                yield from self._set(wire.target.name, wire.target.variable, carried)
 
     def _channel_actions(self, targets: Iterable[str], columns: Mapping[int, float]) -> Iterator[Action]:
         for target in (element for named in targets for element in self._elements(named)):

@@ -13,7 +13,7 @@ from click.testing import CliRunner
 from fmpy import read_model_description
 from fmpy.validation import validate_fmu
 
-from master.__main__ import main
+from master.cli import main
 from master.diagnosis.answer.answer import answer
 from tests.rig import Effects, record
 

@@ -10,7 +10,7 @@ from types import SimpleNamespace
 import pytest
 from click.testing import CliRunner
 
-from master.__main__ import main
+from master.cli import main
 from master.reproduce.figures.registry import FIGURES
 from master.reproduce.reproduction import CLAIMS
 from tests.systems.browser import opened

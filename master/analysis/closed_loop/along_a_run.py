@@ -178,7 +178,7 @@ class _CoupledRun:
         )
 
     def _motions(self) -> tuple[Mode | None, Mode | None, Mode | None, float]:
-        compare = self.linearisation.experiment.compare
+        compare = self.linearisation.experiment.compare_in_fmus
         if compare is None:
             return None, None, None, 0.0
         name, step = compare.signal.instance, self.coupled.step_size

@@ -101,7 +101,7 @@ class Linearisation:
         return measure(question, self.factory)
 
     def _watched(self) -> list[str]:
-        compare = self.experiment.compare
+        compare = self.experiment.compare_in_fmus
         if compare is None:
             return []
         return [s for s in (compare.signal, compare.reproduced, compare.reference) if s is not None]

@@ -63,7 +63,16 @@ def sentence(diagnosis: Diagnosis, sealed: Mapping[str, SealedPart]) -> str:
     failed = "".join(f" {name}: {own.failure}." for name, own in sealed.items() if own.failure)
     unknown = "".join(f" {p.name}: {p.unknown}." for p in diagnosis.parts if p.unknown)
     cut = "" if diagnosis.is_complete else " Stopped before all was tried: this is the best so far."
-    return " ".join(texts[kind].split()) + channels + told + unknown + failed + cut
+    return " ".join(texts[kind].split()) + channels + told + unknown + failed + _rows(diagnosis) + cut
+
+
+def _rows(diagnosis: Diagnosis) -> str:
+    """Inputs that are taken from another row than the FMUs' descriptions lead to."""
+    changed = {name: row for part in diagnosis.parts for name, row in part.changed_rows.items()}
+    if not changed:
+        return ""
+    listed_rows = ", ".join(f"{name} at the {row} of each step" for name, row in changed.items())
+    return f" Measured inputs one row off from what the FMU says: {listed_rows}."
 
 
 def _named(placed: PlacedEffect) -> str:
@@ -126,6 +135,13 @@ def as_dict(diagnosis: Diagnosis, sealed: Mapping[str, SealedPart], files: list[
             {"family": list(f), "experiment": experiment(f)} for p in diagnosis.parts for f in p.families
         ],
         "parameters": {k: v for p in diagnosis.parts for k, v in _parameters(p).items()},
+        "input_rows": {
+            f"{fmu}.{variable}": given.row
+            for part in diagnosis.parts
+            for fmu, own in part.study.bench.part.inputs.items()
+            for variable, given in own.items()
+        },
+        "changed_rows": {name: row for p in diagnosis.parts for name, row in p.changed_rows.items()},
         "residual": {p.name: _residual(p) for p in diagnosis.parts},
         "files": files,
     }

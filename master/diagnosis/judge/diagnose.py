@@ -11,7 +11,7 @@ import numpy as np
 
 from master.diagnosis.adequacy.channels import Judge
 from master.diagnosis.case.case import Case, LoadedCase
-from master.diagnosis.case.cut import CutSystem
+from master.diagnosis.case.cut import CutPart, CutSystem
 from master.diagnosis.case.split import (
     Split,
     Stretch,
@@ -34,11 +34,12 @@ from master.diagnosis.search.limits import named_by_limits
 from master.diagnosis.search.rounds import search
 from master.diagnosis.search.simplify import with_rewritings
 from master.diagnosis.search.study import Progress, base_parameters, begin
-from master.errors import ConfigError, DataError
+from master.errors import ConfigError, DataError, FmuError
 from master.text.signal_name import SignalName
 
 from .channel_faults import ChannelFault, channel_faults
 from .evidence import detect
+from .input_rows import changed_rows, is_better, other_rows
 from .named_or_learned import named_or_learned
 from .objections import objections
 from .part_result import PartResult
@@ -133,8 +134,7 @@ def diagnose(loaded: LoadedCase, progress: Progress, deadline: Deadline | None =
     with ExitStack() as stack:
         begun = []
         for part in system.parts:
-            pool = stack.enter_context(ModelPool(system, part))
-            begun.append(_begun(system, pool, recordings, split, loaded.case, progress))
+            begun.append(_with_best_rows(stack, system, part, recordings, split, loaded.case, progress))
         problems = implausible(loaded, begun)
         if problems:
             raise ConfigError(problems)
@@ -165,6 +165,35 @@ def split_of(loaded: LoadedCase, recordings: Mapping[str, Recording]) -> Split:
         return by_blocks(lengths, entry.blocks, guard)
     except DataError as error:
         raise ConfigError(f"{loaded.where('split')}: {line}" for line in str(error).splitlines()) from None
+
+
+def _with_best_rows(
+    stack: ExitStack,
+    system: CutSystem,
+    part: CutPart,
+    recordings: Mapping[str, Recording],
+    split: Split,
+    case: Case,
+    progress: Progress,
+) -> PartResult:
+    """Begin with the rows of the inputs that explain the part best; its models are closed with the stack."""
+
+    def begun(candidate: CutPart) -> PartResult:
+        pool = stack.enter_context(ModelPool(system, candidate))
+        return _begun(system, pool, recordings, split, case, progress)
+
+    best = begun(part)
+    others = () if best.is_exact else tuple(other_rows(system, part, case))
+    for other in others:
+        try:
+            found = begun(other)
+        except FmuError:  # an FMU that does not bear these rows
+            continue
+        if is_better(best, found, len(others)):
+            best = replace(found, changed_rows=changed_rows(part, other))
+        if best.is_exact:
+            break
+    return best
 
 
 def _begun(

@@ -19,7 +19,8 @@ from master.recording.files import read_csv
 
 PROJECT = Path(__file__).parents[3]
 EXPERIMENT = PROJECT / "configs" / "experiment.yaml"
-N_MOMENTS = int(os.environ.get("DOCKLOOP_SIGNALS", "12"))
+CASE = PROJECT / "configs" / "measured" / "docking_rig.yaml"
+N_MOMENTS = int(os.environ.get("DOCKLOOP_SIGNALS", "4"))
 SIGNALS = [signal.SIGTERM, signal.SIGHUP, signal.SIGINT]
 RUNS = {
     "in memory": ["--stop-time", "5"],
@@ -45,7 +46,7 @@ class Command:
         environment |= options.pop("environment", {})
         with self.errors.open("wb") as errors:
             self.process = subprocess.Popen(
-                [sys.executable, "-m", "master", *map(str, arguments)],
+                [*options.pop("through", ()), sys.executable, "-m", "master", *map(str, arguments)],
                 cwd=folder,
                 env=environment,
                 stdout=options.pop("stdout", subprocess.DEVNULL),
@@ -96,8 +97,8 @@ def durations(tmp_path_factory):
 @pytest.mark.parametrize("i", range(N_MOMENTS))
 def test_a_signal_at_a_random_moment_leaves_readable_files_and_a_true_summary(i, durations, tmp_path):
     draw = random.Random(i)
-    number = SIGNALS[i % len(SIGNALS)]
-    kind = list(RUNS)[i // len(SIGNALS) % len(RUNS)]
+    number = SIGNALS[i % len(SIGNALS)]  # each with each kind in twelve moments
+    kind = list(RUNS)[i % len(RUNS)]
     options = {}
     if kind == "first compilation":
         options["environment"] = {"NUMBA_CACHE_DIR": str(tmp_path / "numba")}
@@ -142,22 +143,29 @@ COMMANDS = {  # and the seconds in which it is at work for certain
     ("check", EXPERIMENT): 0.1,
     ("explain", EXPERIMENT): 0.1,
     ("analyse", EXPERIMENT): 0.5,
+    ("design-dpdc", EXPERIMENT): 0.3,
+    ("export-ssp", EXPERIMENT): 0.1,
+    ("diagnose", CASE): 1.0,
+    ("build", "--release", "--check"): 1.5,
     ("reproduce",): 1.0,
 }
 
 
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=["ctrl-c", "sigterm"])
 @pytest.mark.parametrize(("arguments", "at_work"), COMMANDS.items(), ids=[c[0] for c in COMMANDS])
-def test_ctrl_c_ends_every_command_with_130_and_leaves_nothing(arguments, at_work, tmp_path):
-    draw = random.Random(arguments[0])
+def test_a_signal_ends_every_command_with_its_status_and_leaves_nothing(arguments, at_work, number, tmp_path):
+    draw = random.Random(f"{arguments[0]} {number}")
     command = Command(tmp_path, arguments)
     command.wait_for_handlers()
     time.sleep(draw.uniform(0.0, at_work))
-    status = command.end(signal.SIGINT)
+    status = command.end(number)
 
     said = command.errors.read_text()
     assert "Traceback" not in said, said
-    assert status == 130
+    assert status == 128 + number
     assert list(command.temporary.iterdir()) == []
+    assert not list(tmp_path.rglob("*.ssp"))
+    assert not list(tmp_path.rglob("*.partial"))
 
 
 def started_writing(out, command):
@@ -218,3 +226,50 @@ def test_what_a_disk_does_not_take_is_said_with_status_3(options, how, tmp_path)
     assert 1 < len(rows.time) <= report["steps"] + 1
     assert np.array_equal(rows.time, np.arange(len(rows.time)) * 0.001)
     assert list(command.temporary.iterdir()) == []
+
+
+def replaced_by_a_file(out):
+    """Put a file where the folder was."""
+    shutil.rmtree(out)
+    out.write_text("")
+
+
+def made_read_only(out):
+    """Let nobody make files in the folder any more."""
+    out.chmod(0o555)
+
+
+PLACES = [
+    ("read-only, in memory", ["--stop-time", "5"], made_read_only, "takes no files any more"),
+    ("read-only, streamed", ["--stop-time", "1000"], made_read_only, "Permission denied"),
+    ("a file, streamed", ["--stop-time", "10000"], replaced_by_a_file, "removed during the run"),
+]
+
+
+@pytest.mark.parametrize(("options", "deed", "why"), [p[1:] for p in PLACES], ids=[p[0] for p in PLACES])
+def test_what_a_folder_does_not_take_any_more_is_saved_next_to_it(options, deed, why, tmp_path):
+    """A superuser may write anywhere: the command goes without that right."""
+    through = ["setpriv", "--bounding-set=-dac_override,-dac_read_search"] if os.geteuid() == 0 else []
+    if through and shutil.which(through[0]) is None:
+        pytest.skip("no setpriv here")
+    out, rescued = tmp_path / "out", tmp_path / "out-rescued"
+    command = Command(tmp_path, ["run", EXPERIMENT, *options, "--output", out], through=through)
+    if "5" in options:
+        while command.process.poll() is None and not (out / ".dockloop.lock").exists():
+            time.sleep(0.001)
+    else:
+        started_writing(out, command)
+    deed(out)
+    assert command.process.wait(timeout=120.0) == 3
+
+    said = command.errors.read_text()
+    assert "Traceback" not in said, said
+    assert f"{out}: results cannot be written whole: " in said
+    assert why in said
+    assert f"what could not be written there is in {rescued}" in said
+    report = json.loads((rescued / "summary.json").read_text())
+    table = parquet.read_table(rescued / "result.parquet")
+    assert report["status"] == "failed"
+    assert 1 < len(table) <= report["steps"] + 1
+    assert np.array_equal(table["time"].to_numpy(), np.arange(len(table)) * 0.001)
+    assert np.array_equal(read_csv(Path(report["files"]["csv"])).time, table["time"].to_numpy())

@@ -65,7 +65,7 @@ def test_a_folder_that_is_removed_or_replaced_has_vanished(tmp_path):
         assert folder.vanished()
         path.mkdir()
         assert folder.vanished()
-        folder.restore()
+        folder.secure()
         assert not folder.vanished()
 
 

@@ -3,8 +3,18 @@
 import pytest
 
 from master.errors import ConfigError
-from master.experiment.prepare import prepare
-from tests.master.ssp.ssp_archives import component, connector, connectors, link, links, system, write
+from master.experiment.prepare import Request, prepare
+from tests.master.ssp.ssp_archives import (
+    component,
+    connector,
+    connectors,
+    link,
+    links,
+    packed,
+    structure,
+    system,
+    write,
+)
 
 
 def two(*connections, a=None, b=None):
@@ -262,3 +272,92 @@ def test_all_faults_come_at_once(tmp_path):
     found = faults(write(tmp_path, two(link("a.y", "b.i"), link("a.y", "b.b"), link("a.k", "b.p"))))
 
     assert len(found.splitlines()) == 3
+
+
+ARRAYS = """<fmiModelDescription fmiVersion="3.0" modelName="m" instantiationToken="t">
+<CoSimulation modelIdentifier="m"/><ModelVariables>
+<Float64 name="time" valueReference="0" causality="independent" variability="continuous"/>
+<Float64 name="v" valueReference="1" causality="input" variability="continuous" start="0 0 0"><Dimension start="3"/></Float64>
+<Float64 name="w" valueReference="2" causality="output" variability="continuous"><Dimension start="3"/></Float64>
+<Float64 name="q" valueReference="8" causality="input" variability="continuous" start="0 0 0 0"><Dimension start="2"/><Dimension start="2"/></Float64>
+<Float64 name="y" valueReference="5" causality="output" variability="continuous"/>
+<Binary name="x" valueReference="3" causality="output" variability="discrete"/>
+<Binary name="xi" valueReference="4" causality="input" variability="discrete"><Start value=""/></Binary>
+<Clock name="c" valueReference="6" causality="output" intervalVariability="triggered"/>
+<Clock name="ci" valueReference="7" causality="input" intervalVariability="triggered"/>
+</ModelVariables><ModelStructure><Output valueReference="2"/><Output valueReference="5"/></ModelStructure>
+</fmiModelDescription>"""
+THREE = '<ssc:Float64/><ssc:Dimension size="3"/>'
+
+
+def port(name, kind, inner):
+    return f'<ssd:Connector name="{name}" kind="{kind}">{inner}</ssd:Connector>'
+
+
+def arrays(folder, a, b, wire, root=()):
+    elements = [component(n, ports=p, source="resources/arrays.fmu") for n, p in (("a", a), ("b", b))]
+    content = system(*elements, before=connectors(*root), after=links(*wire))
+    return write(
+        folder,
+        structure(content, version="2.0"),
+        {"resources/arrays.fmu": packed({"modelDescription.xml": ARRAYS})},
+    )
+
+
+def test_arrays_and_their_elements_are_connected(tmp_path):
+    whole = (port("w", "output", THREE),), (port("v", "input", THREE),), (link("a.w", "b.v"),)
+    assert {w.source.name: t for t, w in wires(arrays(tmp_path, *whole)).items()} == {
+        f"a.w[{i}]": f"b.v[{i}]" for i in (1, 2, 3)
+    }
+    one = (
+        (port("w[2]", "output", "<ssc:Float64/>"),),
+        (port("v[1]", "input", "<ssc:Float64/>"),),
+        (link("a.w[2]", "b.v[1]"),),
+    )
+    assert {w.source.name: t for t, w in wires(arrays(tmp_path, *one)).items()} == {"a.w[2]": "b.v[1]"}
+
+
+def test_arrays_are_connectors_of_the_system(tmp_path):
+    root = (port("in", "input", THREE), port("out", "output", THREE))
+    ends = (link("a.w", ".out"), link(".in", "b.v"))
+    path = arrays(tmp_path, (port("w", "output", THREE),), (port("v", "input", THREE),), ends, root)
+    experiment = prepare(path, Request(assignments=("root.in=[1, 2, 3]",)))
+
+    assert [w.target.name for w in experiment.system.outlets] == [f"root.out[{i}]" for i in (1, 2, 3)]
+    assert experiment.system.instances["b"].start == {"v[1]": 1.0, "v[2]": 2.0, "v[3]": 3.0}
+
+
+FOUR = '<ssc:Float64/><ssc:Dimension size="4"/>'
+SQUARE = '<ssc:Float64/><ssc:Dimension size="2"/><ssc:Dimension size="2"/>'
+NUMBER = "<ssc:Float64/>"
+
+
+@pytest.mark.parametrize(
+    ("a", "b", "said"),
+    [
+        (("w", THREE), ("q", SQUARE), "Connection a.w - b.q: shapes differ"),
+        (("w", FOUR), ("v", THREE), "Connector 'w': shape differs from that of m, got 4, expected 3"),
+        (("y", THREE), ("v", THREE), "Connector 'y': shape differs from that of m, got 3, expected a scalar"),
+        (("y", NUMBER), ("v", THREE), "Connection a.y - b.v: no such input of b (m), got 'v'"),
+        (("x", "<ssc:Binary/>"), ("xi", "<ssc:Binary/>"), "Connection a.x - b.xi: cannot be exchanged, got Binary"),
+        (("x", ""), ("xi", ""), "Connection a.x - b.xi: cannot be exchanged, got Binary"),
+        (("c", "<ssc:Clock/>"), ("ci", "<ssc:Clock/>"), "Connection a.c - b.ci: cannot be exchanged, got Clock"),
+        (("y", '<ssc:Float64/><ssc:Clock name="c"/>'), ("v", THREE), "Connector 'y': a clock is not understood"),
+    ],
+)  # fmt: skip
+def test_arrays_binaries_and_clocks_that_do_not_fit_are_refused_by_element_and_line(tmp_path, a, b, said):
+    ends = port(a[0], "output", a[1]), port(b[0], "input", b[1])
+    found = faults(arrays(tmp_path, ends[:1], ends[1:], (link(f"a.{a[0]}", f"b.{b[0]}"),)))
+
+    assert f"{tmp_path}/s.ssp: SystemStructure.ssd:3: {said}" in found
+
+
+def test_a_circle_of_connections_without_a_source_is_refused(tmp_path):
+    through = system(
+        before=connectors(connector("i", "input"), connector("o", "output")),
+        after=links(link(".i", ".o")),
+        name="sub",
+    )
+    content = system(through, component("a"), after=links(link("sub.o", "sub.i"), link("sub.o", "a.u")))
+
+    assert "leads in a circle, expected a source" in faults(write(tmp_path, content))

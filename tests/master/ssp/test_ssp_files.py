@@ -297,7 +297,7 @@ def test_what_is_harmless_is_read_over_and_other_tools_annotations_are_said(tmp_
         (structure(ONE, more=EXPERIMENT), ""),
         (structure(system(component("a"), component("a"))), "Component 'a': twice in its system"),
         (structure(system(component("a", attributes='implementation="ModelExchange"'))), "not for co-simulation, got implementation 'ModelExchange'"),
-        (structure(system(component("a", attributes='type="text/csv"'))), "a component of this type cannot be stepped, got 'text/csv'"),
+        (structure(system(component("a", attributes='type="text/x-modelica"'))), "a component of this type cannot be stepped, got 'text/x-modelica'"),
         (structure(system(component("a", source="resources/nix.fmu"))), "no such file, got 'resources/nix.fmu'"),
         (structure(system(component("a", source="resources/box.fmu#x"))), "an FMU has no parts"),
         (structure(system(component("a", source="SystemStructure.ssd"))), "Component 'a': not an FMU"),
