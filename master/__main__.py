@@ -28,6 +28,7 @@ def main() -> None:
         temporary.make()
         # pydantic would search all installed packages for plug-ins, which takes longer than to check a system
         os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
+        _give_matplotlib_a_place()
         from .cli import main as command
 
         command()
@@ -36,6 +37,14 @@ def main() -> None:
         temporary.remove()
         signals.end_as_the_system_does()
         signals.exit_if_unheeded()
+
+
+def _give_matplotlib_a_place() -> None:
+    """Let it keep its fonts in our cache where there is no home to write to; it complains otherwise."""
+    if "MPLCONFIGDIR" not in os.environ and not os.access(os.path.expanduser("~"), os.W_OK):
+        from .installation import cache_folder
+
+        os.environ["MPLCONFIGDIR"] = str(cache_folder() / "matplotlib")
 
 
 if __name__ == "__main__":

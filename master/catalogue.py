@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
 from fmu_sources.export import build
@@ -58,30 +58,57 @@ def is_ready(target: Path | build.Target) -> bool:
 
 def files(targets: Mapping[str, Path | build.Target], progress: Progress) -> dict[str, Path]:
     """
-    Give the FMU files of named targets; those that are missing or older than their sources are built.
+    Return the FMU files of named targets; those that are missing or older than their sources are built.
 
-    Where a native FMU cannot be built here, its model's Python flavour takes its place, and `progress`
-    says so.
+    Where native FMUs cannot be built here, the Python flavour of their models takes their place, and
+    `progress` says so once for the same reason.
 
     Raises:
         ConfigError: If an FMI 3.0 FMU cannot be built here.
     """
+    stale = dict.fromkeys(t for t in targets.values() if isinstance(t, build.Target) and not t.is_current())
+    built = _built(stale, progress) if stale else {}
+    return {
+        name: built.get(target, target.path) if isinstance(target, build.Target) else target
+        for name, target in targets.items()
+    }
+
+
+def _built(stale: Iterable[build.Target], progress: Progress) -> dict[build.Target, Path]:
+    """Build FMUs, or the Python flavour where a native one cannot be built."""
+    from fmu_sources.export.native import NativeBuildError
+
     built: dict[build.Target, Path] = {}
-    for target in targets.values():
-        if isinstance(target, build.Target) and target not in built:
-            built[target] = target.path if target.is_current() else _build(target, progress)
-    return {name: built[t] if isinstance(t, build.Target) else t for name, t in targets.items()}
+    failed: dict[str, list[build.Target]] = {}
+    for target in stale:
+        try:
+            built[target] = _build(target, progress)
+        except NativeBuildError as error:
+            failed.setdefault(str(error), []).append(target)
+    _refuse_without_substitute(failed)
+    for reason, group in failed.items():
+        names = ", ".join(target.model for target in group)
+        progress(
+            f"{reason}; until then the Python flavour takes the place of {names}, about 1000 times slower"
+        )
+        for target in group:
+            instead = build.target(target.model, "python")
+            built[target] = instead.path if instead.is_current() else _build(instead, progress)
+    return built
 
 
 def _build(target: build.Target, progress: Progress) -> Path:
-    from fmu_sources.export.native import NativeBuildError
-
     progress(f"building {target.model}.fmu ({target.flavour})")
-    try:
-        return build.build(target)
-    except NativeBuildError as error:
-        if target.flavour != "native":
-            raise ConfigError([f"{target.model}.fmu: missing or older than its sources; {error}"]) from None
-        progress(f"{error}; until then the Python flavour of {target.model} takes its place")
-    instead = build.target(target.model, "python")
-    return instead.path if instead.is_current() else _build(instead, progress)
+    return build.build(target)
+
+
+def _refuse_without_substitute(failed: Mapping[str, list[build.Target]]) -> None:
+    """Refuse FMI 3.0 FMUs that cannot be built: the Python flavour is of FMI 2.0."""
+    problems = [
+        f"{target.model}.fmu: missing or older than its sources; {reason}"
+        for reason, group in failed.items()
+        for target in group
+        if target.flavour != "native"
+    ]
+    if problems:
+        raise ConfigError(problems)

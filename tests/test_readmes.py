@@ -10,7 +10,9 @@ import pytest
 
 PROJECT = Path(__file__).parents[1]
 PACKAGES = sorted(
-    path.parent for top in ("master", "fmu_sources") for path in (PROJECT / top).rglob("__init__.py")
+    path.parent
+    for top in ("dockloop", "master", "fmu_sources")
+    for path in (PROJECT / top).rglob("__init__.py")
 )
 NAMES = [str(p.relative_to(PROJECT)) for p in PACKAGES]
 

@@ -113,7 +113,7 @@ class Compensator(Model):
         return {
             **{"f_des": x.f_lead + df, "s_cmd": s_cmd, "df": df},
             **{f"{name}_id": getattr(found, name) for name in ("m_e", "k_m", "c_m", "k_p", "c_p")},
-            "attributes_valid": found.valid,
+            "attributes_valid": m.where(found.valid, 1.0, 0.0),  # a number: many tools connect no Booleans
         }
 
 

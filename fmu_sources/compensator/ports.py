@@ -100,5 +100,5 @@ OUTPUTS = declare(
     output("c_m_id", "N s/m", "Recovered damping of the manipulator"),
     output("k_p_id", "N/m", "Recovered stiffness of the rope"),
     output("c_p_id", "N s/m", "Recovered damping of the rope"),
-    output("attributes_valid", "1", "Recovered parameters are regular and physical", boolean=True),
+    output("attributes_valid", "1", "1 if the recovered parameters are regular and physical, else 0"),
 )

@@ -1,10 +1,14 @@
 """
 FMUs from sources: what is missing or stale is built, the rest is left as it is.
 
-    fmus/<model>.fmu          native, FMI 2.0, all platforms: the release, committed
+    fmus/<model>.fmu          native, FMI 2.0, all platforms: the release, committed and shipped
     fmus/fmi3/<model>.fmu     native, FMI 3.0, likewise
-    fmus/local/...            native, for this machine alone, where the release is older than the sources
-    fmus/python/<model>.fmu   Python flavour
+    <cache>/fmus/<flavour>/<token>/<model>.fmu
+                              Python flavour, and native for this machine alone where the release is older
+                              than the sources
+
+A folder of the cache is named by the token of the FMU in it, so that several states of the sources share
+the cache and no file is replaced while another process loads it.
 
 What generates FMUs is loaded where it is used: most often all of them are there, and current.
 """
@@ -19,11 +23,10 @@ from functools import cache
 from pathlib import Path
 
 from .manifest import read_manifest
+from .places import FMU_FOLDER, cache_folder
 from .stamp_cache import StampCache
 from .whole_file import write_whole
 
-ROOT = Path(__file__).parents[1]
-FMU_FOLDER = ROOT.parent / "fmus"
 FLAVOURS = ("native", "python", "fmi3")
 _VERSION = {"native": "2.0", "fmi3": "3.0"}
 
@@ -57,17 +60,23 @@ def release_path(name: str, flavour: str, folder: Path = FMU_FOLDER) -> Path:
     return folder / f"{name}.fmu" if flavour == "native" else folder / "fmi3" / f"{name}.fmu"
 
 
+def cached_path(name: str, flavour: str, token: str) -> Path:
+    """Place of an FMU that is built here."""
+    return cache_folder() / "fmus" / flavour / token.strip("{}") / f"{name}.fmu"
+
+
 def target(name: str, flavour: str = "native", folder: Path = FMU_FOLDER) -> Target:
-    """Name the FMU of a model; KeyError if there is no such model or flavour."""
+    """Name the FMU of a model, released into `folder` or kept in the cache; KeyError if there is none."""
     if flavour == "python":
-        return Target(name, flavour, folder / "python" / f"{name}.fmu", _python_token(name))
+        token = _python_token(name)
+        return Target(name, flavour, cached_path(name, flavour, token), token)
     stamp = _stamps().stamp(name, lambda: _native_stamp(name))
     entry = read_manifest(folder).get(name)
     if entry is not None and entry.sources == stamp:
         released = Target(name, flavour, release_path(name, flavour, folder), entry.token)
         if released.is_current():
             return released
-    return Target(name, flavour, release_path(name, flavour, folder / "local"), stamp)
+    return Target(name, flavour, cached_path(name, flavour, stamp), stamp)
 
 
 def _python_token(name: str) -> str:

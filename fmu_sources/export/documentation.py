@@ -7,11 +7,11 @@ import sys
 from html import escape
 
 from ..composed.composition import Composed
-from ..composed.registry import ROOT
 from ..framework.model import Model
 from ..framework.variables import Role, Variable
 from .facts import causality, fmi_variables
 from .icon import icon_png
+from .places import licence
 
 _PAGE = """\
 <!DOCTYPE html>
@@ -43,7 +43,7 @@ def documentation_files(model: Model) -> dict[str, bytes]:
     """Path in the FMU to content."""
     return {
         "documentation/index.html": _page(model).encode(),
-        "documentation/licenses/license.txt": (ROOT.parent / "LICENSE").read_bytes(),
+        "documentation/licenses/license.txt": licence(),
         "model.png": icon_png(model.name),
     }
 

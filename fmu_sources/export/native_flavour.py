@@ -49,8 +49,11 @@ _NOT_NATIVE = {
     "python_flavour.py",
     "python_slave.py",
     "build.py",
+    "own_model.py",
     "release.py",
     "manifest.py",
+    "places.py",
+    "errors.py",
     "stamp_cache.py",
     "whole_file.py",
 }
@@ -64,7 +67,11 @@ def native_sources(model: Model, model_file: Path, *more: Path, token: str | Non
 
 def content_digest(model: Model, model_file: Path) -> str:
     """Digest of all that both FMUs of a model hold before compilation, whatever their GUID."""
-    sources = native_sources(model, model_file, token="")
+    return content_digest_of(native_sources(model, model_file, token=""))
+
+
+def content_digest_of(sources: NativeSources) -> str:
+    """Digest of all that both FMUs hold before compilation."""
     digest = hashlib.sha256()
     for version in ("2.0", "3.0"):
         for name, content in sorted(_contents(sources, version).items()):

@@ -7,9 +7,10 @@ from pathlib import Path
 
 from ..composed.registry import is_released, load, model_files
 from ..framework.model import Model
-from .build import FMU_FOLDER, release_path
+from .build import release_path
 from .manifest import NAME, Entry, manifest, read_manifest
 from .native_flavour import content_digest, native_sources, pack_native, release_binaries, source_stamp
+from .places import FMU_FOLDER
 from .whole_file import write_whole
 
 _VERSIONS = {"native": "2.0", "fmi3": "3.0"}

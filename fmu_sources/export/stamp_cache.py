@@ -15,17 +15,17 @@ from collections.abc import Callable, Iterator
 from contextlib import suppress
 from pathlib import Path
 
+from .places import cache_folder
 from .whole_file import write_whole
 
 _SOURCES = Path(__file__).parents[1]
-_FILE = _SOURCES.parent / "fmus" / "local" / "STAMPS.json"
 
 
 class StampCache:
     """Stamps by the names of models, in a file; good for the sources as they are when it is made."""
 
-    def __init__(self, file: Path = _FILE, sources: Path = _SOURCES) -> None:
-        self._file = file
+    def __init__(self, file: Path | None = None, sources: Path = _SOURCES) -> None:
+        self._file = file or _file_of(sources)
         self._state = _state_of(sources)
         self._stamps = self._read()
 
@@ -47,6 +47,12 @@ class StampCache:
         content = json.dumps({"sources": self._state, "stamps": self._stamps}, indent=2)
         with suppress(OSError):
             write_whole(self._file, content.encode() + b"\n")
+
+
+def _file_of(sources: Path) -> Path:
+    """Place of the stamps of a copy of the sources: copies share the cache."""
+    copy = hashlib.sha256(os.fsencode(sources)).hexdigest()[:16]
+    return cache_folder() / "stamps" / f"{copy}.json"
 
 
 def _state_of(sources: Path) -> str:

@@ -18,11 +18,25 @@ COMMANDS = {
     "replay": "replay",
     "build": "build",
     "export-ssp": "export_ssp",
+    "examples": "examples",
+    "inspect": "inspect",
+    "new": "new",
+    "schema": "schema",
+    "doctor": "doctor",
 }
+GROUPS = {
+    "run and look": ("run", "examples"),
+    "understand a system": ("check", "explain", "analyse", "inspect"),
+    "measured data": ("diagnose",),
+    "compensation": ("design-dpdc", "reproduce"),
+    "make and exchange": ("new", "build", "export-ssp", "linearise", "schema"),
+    "the machine": ("doctor",),
+}
+"""Commands as `--help` lists them: by what a person wants to do."""
 
 
 class _Commands(click.Group):
-    """Group whose commands stand in files of their own: command name to module."""
+    """Group whose commands are in files of their own: command name to module."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         return list(COMMANDS)
@@ -34,6 +48,22 @@ class _Commands(click.Group):
         command = getattr(importlib.import_module(f".{module}", __package__), module)
         assert isinstance(command, click.Command)
         return command
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """List the groups, each summary whole."""
+        named = {name for names in GROUPS.values() for name in names}
+        others = tuple(name for name in COMMANDS if name not in named)
+        for title, names in {**GROUPS, "other": others}.items():
+            commands = {name: self.get_command(ctx, name) for name in names}
+            rows = [(name, _summary(c)) for name, c in commands.items() if c is not None]
+            if rows:
+                with formatter.section(title):
+                    formatter.write_dl(rows)
+
+
+def _summary(command: click.Command) -> str:
+    """First paragraph of a command's help, in one line."""
+    return " ".join((command.help or "").strip().split("\n\n")[0].split())
 
 
 @click.command(cls=_Commands, context_settings={"help_option_names": ["-h", "--help"]})

@@ -15,6 +15,7 @@ import click
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
 from master.errors import ConfigError
+from master.installation import require_native
 from master.text.printable import printable
 
 from .common import JSON, answers_errors, calls_fmus, print_json, say
@@ -30,11 +31,10 @@ from .console import STDERR
 @calls_fmus
 def diagnose(case: Path, output: Path | None, budget: float | None, as_json: bool) -> None:
     """Say what the model of CASE lacks, add it, and show the error before and after."""
-    try:
-        from master.diagnosis.answer.answer import answer
-        from master.diagnosis.search.deadline import Deadline
-    except ImportError as error:
-        raise ConfigError([f"diagnose: got no {error.name}, expected pip install -e '.[native]'"]) from None
+    require_native("diagnose")
+    from master.diagnosis.answer.answer import answer
+    from master.diagnosis.search.deadline import Deadline
+
     if budget is not None and not budget > 0.0:
         raise ConfigError([f"--budget: got {budget:g} s, expected a positive time"])
     deadline = Deadline(budget)

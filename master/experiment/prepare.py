@@ -5,7 +5,7 @@ from __future__ import annotations
 import atexit
 import shutil
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -15,6 +15,7 @@ from master.coupling.schedule import Schedule, make_schedule
 from master.errors import ConfigError, Problem, nearest
 from master.fmi.description import Description
 from master.fmi.description_reader import read_description
+from master.installation import configuration
 from master.ssp.names import SUFFIXES
 from master.system.config import UNKNOWN_SOURCE, LoadedConfig, read_config, with_times
 from master.system.graph import Descriptions, System, join
@@ -44,16 +45,26 @@ class Request:
 
 
 def prepare(
-    path: Path, request: Request | None = None, progress: catalogue.Progress = catalogue.silent
+    source: Path | LoadedConfig,
+    request: Request | None = None,
+    progress: catalogue.Progress = catalogue.silent,
+    given: Mapping[str, Description] | None = None,
 ) -> Experiment:
     """
     Read, check and complete a system; builds FMUs that are missing or stale. No FMU is loaded.
+
+    Args:
+        source: A YAML file, an SSP archive, the name of a configuration that is shipped, or what was read.
+        request: What is asked for in addition.
+        progress: Told what is built.
+        given: Descriptions of instances that are no FMUs; their sources are not looked at.
 
     Raises:
         ConfigError: With every fault of the file and the request.
     """
     request = request or Request()
-    return _Preparation(_load(path, request), request, progress).experiment()
+    loaded = source if isinstance(source, LoadedConfig) else _load(configuration(source), request)
+    return _Preparation(loaded, request, progress, given or {}).experiment()
 
 
 def _load(path: Path, request: Request) -> LoadedConfig:
@@ -73,10 +84,17 @@ def _load(path: Path, request: Request) -> LoadedConfig:
 class _Preparation:
     """The stages of a preparation; each adds its faults, and the next goes on with what is right."""
 
-    def __init__(self, loaded: LoadedConfig, request: Request, progress: catalogue.Progress) -> None:
+    def __init__(
+        self,
+        loaded: LoadedConfig,
+        request: Request,
+        progress: catalogue.Progress,
+        given: Mapping[str, Description],
+    ) -> None:
         self.loaded = loaded
         self.request = request
         self.progress = progress
+        self.given = given
         self.problems: list[str] = list(loaded.problems)
 
     def experiment(self) -> Experiment:
@@ -123,7 +141,7 @@ class _Preparation:
         """Description of each FMU of the file; None for those that are wrong or cannot be read."""
         targets = {}
         for name, entry in self.loaded.config.fmus.items():
-            if entry.source == UNKNOWN_SOURCE:
+            if entry.source == UNKNOWN_SOURCE or name in self.given:
                 continue
             try:
                 targets[name] = catalogue.locate(entry.source, self.loaded.folder, self.request.flavour)
@@ -132,7 +150,7 @@ class _Preparation:
         if self.problems:  # nothing is built for a system that is refused
             targets = {name: t for name, t in targets.items() if catalogue.is_ready(t)}
         found: dict[str, Description | None] = dict.fromkeys(self.loaded.document.names_in("fmus"))
-        found |= dict.fromkeys(self.loaded.config.fmus)
+        found |= dict.fromkeys(self.loaded.config.fmus) | dict(self.given)
         for name, file in catalogue.files(targets, self.progress).items():
             try:
                 found[name] = read_description(file)

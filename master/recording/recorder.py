@@ -114,6 +114,12 @@ class Recorder:
         """All rows that were kept."""
         return self._result(self.keep_every * np.arange(self._n_kept), self._table[: self._n_kept])
 
+    def cut(self, n: int) -> None:
+        """Forget all rows after the first n, where all are kept."""
+        assert self.keep_every == 1, "rows between were not kept"
+        self.n_rows = n
+        self._n_kept = n
+
     def as_result(self, rows: Floats) -> Result:
         """Return rows collected elsewhere from the first one on, shape (n, signals), as a result."""
         return self._result(np.arange(len(rows)), rows)

@@ -67,15 +67,36 @@ class RunLoop:
 
     def run(self, execute: Execute, progress: ProgressCallback) -> Outcome:
         """Execute all ticks; the outcome says how it ended."""
+        self.begin(execute)
+        with signals.noted([signal.SIGINT]) as interruption:
+            outcome = self._step(execute, progress)
+        signals.hand_on(interruption)
+        return outcome
+
+    def begin(self, execute: Execute) -> None:
+        """Record the initial values, and load the code of the loop."""
         read_initial_values(self.system, self.slaves, self.program)
         self.recorder.add(self.program.values[self.monitor.record][None, :])
         self._execute(execute, 0)
         self.position.cells[position.STAGE] = position.STEPPING
         self.seconds = 0.0
-        with signals.noted([signal.SIGINT]) as interruption:
-            outcome = self._step(execute, progress)
-        signals.hand_on(interruption)
-        return outcome
+
+    def advance(self, execute: Execute, ticks: int) -> Outcome | None:
+        """Execute some ticks, at most to the end of the grid; the outcome if the run has ended."""
+        end = min(self.done + ticks, self.grid.n_ticks)
+        if self.done == 0:
+            self.player.look(self.monitor.triggers, 0)
+        while self.done < end:
+            self.player.advance(self.done)
+            ended = self._ended(self._execute(execute, self._chunk(min(end - self.done, _MOST_TICKS))))
+            self._report_float_mode()
+            if ended is not None:
+                return ended
+        return None
+
+    def outcome_so_far(self) -> Outcome:
+        """Return what has been computed up to now, as that of a run that ends here."""
+        return self._outcome(COMPLETED)
 
     def _step(self, execute: Execute, progress: ProgressCallback) -> Outcome:
         """Execute the ticks, in chunks."""

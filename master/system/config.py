@@ -36,6 +36,7 @@ from master.text.fields import (
     Ticks,
 )
 from master.text.scalar import float_of
+from master.text.schema import ONE_OR_MORE
 from master.text.validation import problems_of, validate
 from master.text.yaml_lines import Document, read_yaml
 
@@ -122,8 +123,8 @@ class Event(Section):
     when: str | None = None
     duration: Seconds | None = Field(None, alias="for")
     set: Annotated[dict[SignalKey, GivenSetting], OrEmpty] = {}
-    freeze: list[Signal] = []
-    drop: list[Signal] = []
+    freeze: list[Signal] = Field([], json_schema_extra=ONE_OR_MORE)
+    drop: list[Signal] = Field([], json_schema_extra=ONE_OR_MORE)
     offset: Annotated[dict[SignalKey, Finite], OrEmpty] = {}
     delay: Annotated[dict[SignalKey, Ticks], OrEmpty] = {}
     jitter: Annotated[dict[SignalKey, Ticks], OrEmpty] = {}
@@ -209,7 +210,7 @@ class Config(Section):
     compare: Compare | None = None
     dpdc: PhaseLead | None = None
     events: list[Event] = []
-    inputs: list[InputFile] = []
+    inputs: list[InputFile] = Field([], json_schema_extra=ONE_OR_MORE)
     limits: dict[SignalKey, Positive] = {}
 
     @classmethod

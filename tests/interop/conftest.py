@@ -14,11 +14,14 @@ import pytest
 from fmu_sources.composed import registry
 from fmu_sources.export import build
 from fmu_sources.export.native_flavour import native_sources, pack_native, release_binaries
+from fmu_sources.export.places import FMU_FOLDER
 from tests.interop.experiment_in_fmu import Vectors, vectors
 from tests.interop.other_tools import importable, require
 
 PROJECT = Path(__file__).parents[2]
 PEERS = ("ecospy>=0.7.2,<0.8", "libcosimpy>=0.0.6,<0.1")
+PATHSIM = ("pathsim>=0.27,<0.28", "pathsim-fmi>=0.1.1,<0.2")
+COFMPY = ("cofmupy>=1.0,<1.1",)
 FLAVOURS = {"2.0": "native", "3.0": "fmi3"}
 
 
@@ -26,7 +29,7 @@ FLAVOURS = {"2.0": "native", "3.0": "fmi3"}
 def compensators(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Vectors]:
     """FMI version to the compensator FMU for all platforms, committed if it is current, else built."""
     committed = {v: build.target("compensator", flavour) for v, flavour in FLAVOURS.items()}
-    if all("local" not in t.path.parts and t.is_current() for t in committed.values()):
+    if all(t.path.is_relative_to(FMU_FOLDER) and t.is_current() for t in committed.values()):
         return {v: vectors(t.path) for v, t in committed.items()}
     require(importable("casadi") and importable("ziglang"), "pip install -e '.[native]'")
     sources = native_sources(registry.load("compensator"), registry.model_files()["compensator"])
@@ -45,21 +48,38 @@ def given(request: pytest.FixtureRequest, compensators: dict[str, Vectors]) -> V
     return compensators[request.param]
 
 
-@pytest.fixture(scope="session")
-def peer_python() -> Path:
-    """Python of an environment of their own for tools whose requirements clash with ours."""
-    about = hashlib.sha256(repr((PEERS, sys.version_info)).encode()).hexdigest()[:12]
+def python_with(packages: tuple[str, ...]) -> Path:
+    """Python of an environment of its own for tools whose requirements clash with ours; made once."""
+    about = hashlib.sha256(repr((packages, sys.version_info)).encode()).hexdigest()[:12]
     folder = PROJECT / "build" / f"peers-{about}"
     folder.mkdir(parents=True, exist_ok=True)
     with (folder / "lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)  # test processes side by side make it once
         if not (folder / "complete").exists():
             subprocess.run([sys.executable, "-m", "venv", "--clear", str(folder / "venv")], check=True)
-            pip = [folder / "venv" / "bin" / "python", "-m", "pip", "install", "-q", *PEERS]
+            pip = [folder / "venv" / "bin" / "python", "-m", "pip", "install", "-q", *packages]
             done = subprocess.run(pip, check=False)
-            require(done.returncode == 0, "a package registry that has " + ", ".join(PEERS))
+            require(done.returncode == 0, "a package registry that has " + ", ".join(packages))
             (folder / "complete").touch()
     return folder / "venv" / "bin" / "python"
+
+
+@pytest.fixture(scope="session")
+def peer_python() -> Path:
+    """Python with ecospy and libcosimpy."""
+    return python_with(PEERS)
+
+
+@pytest.fixture(scope="session")
+def pathsim_python() -> Path:
+    """Python with PathSim and pathsim-fmi."""
+    return python_with(PATHSIM)
+
+
+@pytest.fixture(scope="session")
+def cofmpy_python() -> Path:
+    """Python with CoFMPy, which asks for another FMPy than pathsim-fmi."""
+    return python_with(COFMPY)
 
 
 @pytest.fixture(scope="session")

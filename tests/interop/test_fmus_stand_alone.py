@@ -82,7 +82,7 @@ def test_the_library_needs_the_c_library_only(name: str, tmp_path: Path) -> None
     assert undefined <= LIBC | LIBM | LINKER
 
 
-@pytest.mark.parametrize("name", [n for n in release_models() if (build.ROOT / n / f"{n}.py").exists()])
+@pytest.mark.parametrize("name", [n for n in release_models() if (registry.ROOT / n / f"{n}.py").exists()])
 def test_two_builds_in_other_processes_give_the_same_token_and_bytes(name: str) -> None:
     code = f"""
 import hashlib
@@ -120,7 +120,7 @@ main()
 
 @pytest.mark.parametrize("flavour", ["native", "fmi3"])
 def test_a_run_needs_no_compiler_no_casadi_and_no_zig(flavour: str, tmp_path: Path) -> None:
-    config = build.ROOT.parent / "configs" / "low_frequency.yaml"
+    config = registry.ROOT.parent / "configs" / "low_frequency.yaml"
     for name in sources_of(config):
         wanted = build.target(name, flavour)
         if not wanted.is_current():
@@ -146,7 +146,7 @@ def run_python(code: str, *arguments: str, **environment: str) -> str:
         [sys.executable, "-c", code, *arguments],
         capture_output=True,
         text=True,
-        cwd=build.ROOT.parent,
+        cwd=registry.ROOT.parent,
         env={**os.environ, **environment},
         check=False,
     )

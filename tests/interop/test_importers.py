@@ -7,6 +7,7 @@ import os
 import shutil
 import subprocess
 import sys
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,7 @@ import pytest
 from fmpy import read_model_description
 
 from tests.interop.container import build_container
-from tests.interop.experiment_in_fmu import BOUND, Vectors, in_fmpy
+from tests.interop.experiment_in_fmu import BOUND, FOLDER, Vectors, in_fmpy
 from tests.interop.other_tools import importable, require, unpack_library
 
 pytestmark = pytest.mark.slow
@@ -23,9 +24,9 @@ ZIG = [sys.executable, "-m", "ziglang", "cc"]
 ZIG_EXTRA = "pip install -e '.[native]'"
 
 
-def in_peer(python: Path, script: str, given: Vectors, folder: Path) -> np.ndarray:
+def in_peer(python: Path, script: str, given: Vectors, folder: Path, *more: str) -> np.ndarray:
     experiment = given.as_json(folder / "experiment.json")
-    command = [str(python), str(Path(__file__).with_name(script)), str(given.fmu), str(experiment)]
+    command = [str(python), str(Path(__file__).with_name(script)), str(given.fmu), str(experiment), *more]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     return np.array(json.loads(done.stdout[done.stdout.index("[[") :]))
@@ -71,6 +72,32 @@ def test_ecospy(given: Vectors, peer_python: Path, tmp_path: Path) -> None:
 def test_libcosimpy(compensators: dict[str, Vectors], peer_python: Path, tmp_path: Path) -> None:
     given = compensators["2.0"]
     after_each_step = in_peer(peer_python, "run_in_cosim.py", given, tmp_path)
+
+    assert given.largest_deviation(after_each_step, first=1) <= BOUND
+
+
+def test_fmpy_on_the_command_line(given: Vectors, tmp_path: Path) -> None:
+    with zipfile.ZipFile(given.fmu) as archive:
+        (tmp_path / "in.csv").write_bytes(archive.read(f"{FOLDER}/compensator_in.csv"))
+    starts = [text for name, value in given.parameters.items() for text in (name, repr(value))]
+    command = [sys.executable, "-m", "fmpy", "simulate", str(given.fmu), "--stop-time", "0.25"]
+    command += ["--output-interval", repr(given.step), "--start-values", *starts, "--input-file", "in.csv"]
+    command += ["--output-variables", *given.output_names, "--output-file", "out.csv"]
+    subprocess.run(command, cwd=tmp_path, check=True, capture_output=True)
+    found = np.genfromtxt(tmp_path / "out.csv", delimiter=",", names=True)
+
+    assert given.largest_deviation(np.column_stack([found[n] for n in given.output_names])) <= BOUND
+
+
+@pytest.mark.parametrize("package", ["pathsim.blocks", "pathsim_fmi"])
+def test_pathsim(given: Vectors, pathsim_python: Path, tmp_path: Path, package: str) -> None:
+    got = in_peer(pathsim_python, "run_in_pathsim.py", given, tmp_path, package)
+
+    assert given.largest_deviation(got) <= BOUND
+
+
+def test_cofmpy(given: Vectors, cofmpy_python: Path, tmp_path: Path) -> None:
+    after_each_step = in_peer(cofmpy_python, "run_in_cofmpy.py", given, tmp_path)
 
     assert given.largest_deviation(after_each_step, first=1) <= BOUND
 

@@ -45,7 +45,7 @@ def emps(data, tmp_path_factory):
 def test_axis_lacks_asymmetric_friction(emps):
     report, _ = emps
 
-    assert report["verdict"] == "partly, with a remainder"
+    assert report["verdict"] == "partly, with a remainder"  # the force is known far better than modelled
     assert [e["effect"] for e in report["effects"]] == ["asymmetric_friction"]
     assert 17.0 < report["before"]["axis.force"]["nrmse_percent"] < 18.5
     assert report["after"]["axis.force"]["nrmse_percent"] <= 5.4

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from ..places import install_command
+
 
 class NativeBuildError(RuntimeError):
     """A native build that failed; the text says what to do."""
@@ -12,4 +14,4 @@ class MissingToolError(NativeBuildError):
 
     def __init__(self, tool: str) -> None:
         self.tool = tool
-        super().__init__(f"native build: {tool} is not installed, expected: pip install -e '.[native]'")
+        super().__init__(f"native build: {tool} is not installed, expected: {install_command('native')}")

@@ -63,7 +63,7 @@ def sentence(diagnosis: Diagnosis, sealed: Mapping[str, SealedPart]) -> str:
     failed = "".join(f" {name}: {own.failure}." for name, own in sealed.items() if own.failure)
     unknown = "".join(f" {p.name}: {p.unknown}." for p in diagnosis.parts if p.unknown)
     cut = "" if diagnosis.is_complete else " Stopped before all was tried: this is the best so far."
-    return " ".join(texts[kind].split()) + channels + told + unknown + failed + _rows(diagnosis) + cut
+    return " ".join(texts[kind].split()) + channels + _rows(diagnosis) + told + unknown + failed + cut
 
 
 def _rows(diagnosis: Diagnosis) -> str:

@@ -12,6 +12,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field, model_validator
 
 from master.errors import ConfigError, DataError, Problem, nearest
+from master.installation import configuration
 from master.system.config import FmuEntry
 from master.text.fields import (
     Boolean,
@@ -27,6 +28,7 @@ from master.text.fields import (
     SignalKey,
 )
 from master.text.scalar import integer_of
+from master.text.schema import OrText
 from master.text.validation import validate
 from master.text.yaml_lines import Document, Place, read_yaml
 
@@ -176,13 +178,13 @@ class Case(Section):
     variant: str | None = None
     fmus: Annotated[dict[InstanceName, FmuEntry], OrEmpty] = {}
     recordings: Annotated[
-        dict[str, Annotated[RecordingEntry, BeforeValidator(_recording)]],
+        dict[str, Annotated[RecordingEntry, BeforeValidator(_recording), OrText()]],
         Field(min_length=1, examples=[{"run": "run.csv"}]),
     ]
     time: TimeEntry = Field(examples=[{"column": "t", "unit": "s"}])
     signals: Annotated[dict[str, SignalEntry], Field(min_length=1, examples=[_EXAMPLE_OF_SIGNALS])]
     inputs: Annotated[
-        dict[SignalKey, Annotated[InputEntry, BeforeValidator(_input)]],
+        dict[SignalKey, Annotated[InputEntry, BeforeValidator(_input), OrText()]],
         Field(min_length=1, examples=[{"spacecraft.f": "force"}]),
     ]
     compared: Annotated[
@@ -257,10 +259,12 @@ def read_case(path: Path) -> LoadedCase:
     """
     Read a case as far as it is right; what is wrong is in `problems`.
 
+    `path` is a YAML file, or the name of a case that is shipped.
+
     Raises:
         ConfigError: If too little is right to check the rest.
     """
-    found = validate(Case, read_yaml(path), "case")
+    found = validate(Case, read_yaml(configuration(path)), "case")
     if found.model is None:
         raise ConfigError(found.problems)
     loaded = LoadedCase(found.model, found.document, found.problems)

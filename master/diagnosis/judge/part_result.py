@@ -34,9 +34,9 @@ class PartResult:
 
     `nominal` is the prediction with the values of the system, shape (rows, outputs). `chosen` and `fit` are
     the model with effects, also where they are not named; `is_named` says whether the effects carry their
-    names. `is_exact`: the replay gives the measurement but for rounding. `changed_rows`: inputs that are
-    taken from another row than the FMU's description leads to, with that row. `unknown` says why nothing can
-    be told of the part. `stages` judge the refit and each model after it. `objections` say by effect what
+    names. `is_exact`: the replay gives the measurement but for rounding. `unknown` says why nothing can be
+    told of the part. `changed_rows`: inputs that are taken from another row than the FMU's description
+    leads to, with that row. `stages` judge the refit and each model after it. `objections` say by effect what
     forbids to call it traced. `without` holds, by effect, the model that lacks it alone, fitted again.
     """
 

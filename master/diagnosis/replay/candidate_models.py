@@ -22,8 +22,6 @@ from master.text.signal_name import SignalName
 from .placed_effect import PlacedEffect, source_with
 from .replayer import Link, Player
 
-ADVICE = "diagnosis builds models with effects, which needs pip install -e '.[native]'"
-
 
 def candidates(system: CutSystem, part: CutPart, asked: Mapping[str, str | list[str]]) -> list[PlacedEffect]:
     """
@@ -85,7 +83,7 @@ class ModelPool:
             for name, built in zip(stale, building, strict=True):
                 fault = built.result()
                 if fault:
-                    raise ConfigError([f"{name}.fmu: {fault}; {ADVICE}"])
+                    raise ConfigError([f"{name}.fmu: {fault}"])
                 progress(name)
 
     def player(self, effects: tuple[PlacedEffect, ...]) -> Player:

@@ -6,7 +6,6 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,10 +14,10 @@ from numpy.typing import NDArray
 from master.api import prepare_to_run
 from master.catalogue import Progress, silent
 from master.coupling.schedule import make_schedule
-from master.errors import ConfigError
 from master.experiment.experiment import Experiment
 from master.experiment.prepare import Request
 from master.fmi.values import parse
+from master.installation import CONFIG_FOLDER
 from master.stepping.outcome import RunOptions
 from master.stepping.simulate import simulate
 from master.system.graph import System
@@ -72,20 +71,6 @@ class Recording:
         return self.signals[signal]
 
 
-def folder_of_configs() -> Path:
-    """
-    Find the configurations, which belong to the sources and not to the package.
-
-    Raises:
-        ConfigError: If there are none.
-    """
-    candidates = [Path(__file__).parents[3] / "configs", Path("configs")]
-    for folder in candidates:
-        if (folder / "low_frequency.yaml").is_file():
-            return folder
-    raise ConfigError(["configs: no such folder, expected the folder configs of the dockloop sources"])
-
-
 def experiment_of(run: Run, progress: Progress = silent) -> Experiment:
     """Prepare a run."""
     base = _prepared(run.config, run.variant, run.values, run.stop_time, progress)
@@ -115,7 +100,7 @@ def perform(run: Run, wanted: Wanted) -> Recording:
 def _prepared(
     config: str, variant: str | None, values: tuple[str, ...], stop_time: float | None, progress: Progress
 ) -> Experiment:
-    path = folder_of_configs() / f"{config}.yaml"
+    path = CONFIG_FOLDER / f"{config}.yaml"
     return prepare_to_run(path, Request(variant, values, stop_time), progress)
 
 

@@ -1,9 +1,9 @@
 """
 The stepping loop as compiled code, kept on disk between processes.
 
-It is kept next to this file or, where that folder cannot be written, in the user's cache; where neither can
-be, it is compiled for this process alone. Two things must never happen: that code of an older source is
-loaded, and that damaged code is.
+It is kept in the cache of this installation, or where NUMBA_CACHE_DIR says; where nothing can be written, it
+is compiled for this process alone. Two things must never happen: that code of an older source is loaded, and
+that damaged code is.
 
 * numba looks at the time of this file alone, not at those that the loop calls. So a digest of all of them
   is a constant of the compiled function, in its closure, which numba makes part of the key of its cache.
@@ -18,6 +18,8 @@ from collections.abc import Callable
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
+
+from master.installation import cache_folder
 
 from .interpreter import Execution, execute, is_plain
 from .program import Memory
@@ -72,17 +74,22 @@ def compiled() -> Execute:
 
 def _dispatcher(digest: int) -> Any:
     """Compile a function whose closure holds the digest, so that it is part of the key of numba's cache."""
-    from numba import njit
+    from numba import config, njit
 
     def keyed(memory, monitor, t0, h, begin, end, rows, general):  # type: ignore[no-untyped-def]  # compiled
         if digest < 0:
             return execute(memory, monitor, t0, h, begin, begin, rows, general)
         return execute(memory, monitor, t0, h, begin, end, rows, general)
 
+    settings: Any = config
+    of_the_user = settings.CACHE_DIR  # for all that this process compiles
+    settings.CACHE_DIR = of_the_user or str(cache_folder() / "numba")
     try:
         return njit(cache=True, error_model="numpy")(keyed)
     except RuntimeError:  # no place to keep it
         return njit(error_model="numpy")(keyed)
+    finally:
+        settings.CACHE_DIR = of_the_user
 
 
 class CacheFiles:

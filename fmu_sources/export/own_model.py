@@ -1,0 +1,140 @@
+"""
+Native FMUs of models that are not of this package: a file with `MODEL`, or a `Model` that a program made.
+
+Such a file imports from `fmu_sources.framework` by that name, and may import files next to it. The GUID is
+the digest of all that is generated, whatever the model is made of.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.util
+import sys
+import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from ..framework.model import Model
+from ..framework.variables import Role
+from .facts import guid
+from .native_flavour import NativeSources, content_digest_of, host_binaries, pack_native
+from .reference_data import reference_files
+
+VERSIONS = {"native": "2.0", "fmi3": "3.0"}
+
+
+class OwnModelError(ValueError):
+    """A model that cannot be loaded or exported; the text says where and why."""
+
+
+def load_model(file: Path) -> Model:
+    """
+    Import the model of a Python file.
+
+    Raises:
+        OwnModelError: If the file is no module with a `Model` named `MODEL`; with the line that fails.
+    """
+    if not file.is_file():
+        raise OwnModelError(f"{file}: no such file, expected a Python file with a model named MODEL")
+    name = f"dockloop_model_{hashlib.sha256(str(file.resolve()).encode()).hexdigest()[:12]}"
+    spec = importlib.util.spec_from_file_location(name, file)
+    if spec is None or spec.loader is None:
+        raise OwnModelError(f"{file}: not a Python file, got {file.suffix!r}, expected .py")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module  # the documentation of the FMU is the docstring of this module
+    with _importable(file.parent), _naming_lines_of(file):
+        spec.loader.exec_module(module)
+    model = getattr(module, "MODEL", None)
+    if not isinstance(model, Model):
+        got = "nothing" if model is None else type(model).__name__
+        raise OwnModelError(f"{file}: MODEL: not a model, got {got}, expected an instance of Model")
+    return model
+
+
+def own_fmu(model: Model, flavour: str = "native", file: Path | None = None) -> bytes:
+    """
+    Generate, compile and pack the FMU of a model for this machine.
+
+    Args:
+        model: What is exported.
+        flavour: `native` (FMI 2.0) or `fmi3` (FMI 3.0).
+        file: Where the model is defined; its reference experiment is looked for next to it.
+
+    Raises:
+        OwnModelError: If declarations and equations do not agree.
+        NativeBuildError: If this machine lacks a tool, or the compiler fails.
+    """
+    from . import native
+
+    if flavour not in VERSIONS:
+        raise OwnModelError(f"{model.name}: flavour, got {flavour!r}, expected native or fmi3")
+    _check(model, file)
+    with _naming_lines_of(file):
+        reference = {} if file is None else reference_files(model, file)
+        draft = NativeSources(model, "", native.generate(model, ""), reference)
+        token = guid(content_digest_of(draft).encode())
+        sources = NativeSources(model, token, native.generate(model, token), reference)
+    return pack_native(sources, host_binaries(sources), VERSIONS[flavour])
+
+
+def _check(model: Model, file: Path | None) -> None:
+    """Refuse a model whose equations do not give what it declares, or give more."""
+    from ..framework.arithmetic import PYTHON
+
+    where = model.name if file is None else f"{file}"
+    with _naming_lines_of(file):
+        groups = {
+            role: [v.start for v in model.group(role)] for role in (Role.STATE, Role.INPUT, Role.PARAMETER)
+        }
+        x = model.states.record(groups[Role.STATE])
+        u = model.inputs.record(groups[Role.INPUT])
+        p = model.parameters.record(groups[Role.PARAMETER])
+        found = {
+            "derivatives": (model.derivatives(0.0, x, u, p, PYTHON), model.continuous.fields, True),
+            "outputs": (model.outputs(0.0, x, u, p, PYTHON), model.results.fields, True),
+            "update": (model.update(0.0, x, u, p, PYTHON), model.states.fields, False),
+            "initial": (model.initial(x, u, p, PYTHON), model.states.fields, False),
+        }
+    problems = []
+    for method, (given, declared, needs_all) in found.items():
+        what = "state" if method != "outputs" else "output"
+        if needs_all:
+            problems += [
+                f"{where}: {what} {n!r} is declared, and {method}() does not return it"
+                for n in declared
+                if n not in given
+            ]
+        problems += [
+            f"{where}: {method}() returns {n!r}, expected a declared {what}"
+            for n in given
+            if n not in declared
+        ]
+    if problems:
+        raise OwnModelError("\n".join(problems))
+
+
+@contextmanager
+def _importable(folder: Path) -> Iterator[None]:
+    """Let a module import files next to it while it is loaded."""
+    sys.path.insert(0, str(folder.resolve()))
+    try:
+        yield
+    finally:
+        sys.path.remove(str(folder.resolve()))
+
+
+@contextmanager
+def _naming_lines_of(file: Path | None) -> Iterator[None]:
+    """Turn what a model's own code raises into a message with its line; other errors pass."""
+    try:
+        yield
+    except SyntaxError as error:
+        raise OwnModelError(f"{error.filename}:{error.lineno}: {error.msg}") from error
+    except Exception as error:
+        frames = traceback.extract_tb(error.__traceback__)
+        own = [f for f in frames if file is not None and Path(f.filename).resolve() == file.resolve()]
+        if not own:
+            raise
+        text = str(error) or "no text"
+        raise OwnModelError(f"{file}:{own[-1].lineno}: {type(error).__name__}: {text}") from error

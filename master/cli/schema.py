@@ -1,0 +1,22 @@
+"""`dockloop schema`: JSON Schemas of systems and cases, for editors."""
+
+from __future__ import annotations
+
+import click
+
+from .common import answers_errors, print_json
+
+
+@click.command()
+@click.argument("kind", type=click.Choice(["system", "case"]), default="system")
+@answers_errors
+def schema(kind: str) -> None:
+    """Print the JSON Schema of a system or a case."""
+    from master.diagnosis.case.case import Case
+    from master.system.config import Config
+    from master.text.schema import json_schema
+
+    if kind == "system":
+        print_json(json_schema(Config, "A system for dockloop"))
+    else:
+        print_json(json_schema(Case, "A case for dockloop diagnose"))
