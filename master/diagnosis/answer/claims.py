@@ -109,7 +109,8 @@ def verdict(diagnosis: Diagnosis, sealed: Mapping[str, SealedPart]) -> Verdict:
         return Verdict.UNDECLARED
     if not is_adequate:
         return Verdict.UNEXPLAINED
-    return Verdict.PARAMETERS if any(p.parameter_gain for p in parts) else Verdict.NOTHING
+    pays = (p.parameter_gain and not sealed[p.name].is_refit_worse for p in parts)
+    return Verdict.PARAMETERS if any(pays) else Verdict.NOTHING
 
 
 def shape(channel: Adequacy) -> str:

@@ -13,6 +13,7 @@ from fmu_sources.export.build import build_with_starts
 from master import catalogue
 from master.diagnosis.case.cut import CutSystem
 from master.diagnosis.judge.diagnose import Diagnosis
+from master.diagnosis.judge.part_result import PartResult
 from master.diagnosis.replay.placed_effect import source_with
 from master.experiment.prepare import prepare
 from master.recording.whole_file import write_whole
@@ -21,6 +22,7 @@ from master.text.signal_name import SignalName
 from master.text.yaml_lines import write_yaml
 
 from .before_after import SealedPart
+from .driven import driven_inputs, write_inputs
 
 FLAVOURS = ("native", "python")
 HEAD = "# {name} with what the recording asks for; written by `dockloop diagnose`.\n"
@@ -56,8 +58,15 @@ def correct(diagnosis: Diagnosis, folder: Path) -> Corrected:
             write_whole(path, parameter_set(own))
             files.append(path)
     path = folder / f"{diagnosis.loaded.case.name}_corrected.yaml"
+    document = _document(diagnosis, native, folder)
+    inputs = driven_inputs(system, (c["to"] for c in document.get("connections", [])))
+    if inputs:
+        recording = next(iter(diagnosis.recordings.values()))
+        table = folder / f"{diagnosis.loaded.case.name}_inputs.parquet"
+        document |= write_inputs(table, inputs, recording)
+        files.append(table)
     text = HEAD.format(name=diagnosis.loaded.case.name)
-    text += write_yaml(_document(diagnosis, native, folder))
+    text += write_yaml(document)
     write_whole(path, text)
     return Corrected(native, (*files, path), path)
 
@@ -66,8 +75,7 @@ def confirmed(
     diagnosis: Diagnosis, corrected: Corrected, sealed: Mapping[str, SealedPart], folder: Path
 ) -> Corrected:
     """Take back what the sealed rows do not confirm, and prepare what is left as a system that runs."""
-    unconfirmed = [p for p in diagnosis.parts if p.has_effect and not sealed[p.name].is_confirmed]
-    if not unconfirmed:
+    if not any(_is_refuted(p, sealed[p.name]) for p in diagnosis.parts):
         prepare(corrected.system)
         return corrected
     for file in corrected.files:
@@ -76,6 +84,13 @@ def confirmed(
         with suppress(OSError):
             (folder / flavour).rmdir()
     return Corrected({}, (), corrected.system)
+
+
+def _is_refuted(part: PartResult, sealed: SealedPart) -> bool:
+    """Whether the sealed rows do not confirm a part's effects, or its other numbers without any."""
+    if part.has_effect:
+        return not sealed.is_confirmed
+    return part.parameter_gain and sealed.is_refit_worse
 
 
 def corrected_values(diagnosis: Diagnosis) -> dict[str, dict[str, float]]:

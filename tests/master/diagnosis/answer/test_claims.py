@@ -51,9 +51,9 @@ def part(effects=(), *, before=None, after=None, **changed):
     return SimpleNamespace(**given | changed)
 
 
-def sealed(*effects, low=0.5, confirmed=True):
+def sealed(*effects, low=0.5, confirmed=True, worse=False):
     gains = {str(e): SealedGain(0.6, Interval(low, 0.7)) for e in effects}
-    return SimpleNamespace(gains=gains, is_confirmed=confirmed)
+    return SimpleNamespace(gains=gains, is_confirmed=confirmed, is_refit_worse=worse)
 
 
 def judged(own, rows):
@@ -125,6 +125,12 @@ def test_many_floors_that_nothing_predicts_are_said():
 @pytest.mark.parametrize(("gain", "expected"), [(True, Verdict.PARAMETERS), (False, Verdict.NOTHING)])
 def test_nothing_is_missing_only_where_nothing_is_predictable(gain, expected):
     assert judged(part(before=channel(0.01), parameter_gain=gain), sealed()) is expected
+
+
+def test_other_numbers_that_the_sealed_rows_refute_do_not_suffice():
+    own = part(before=channel(0.01), parameter_gain=True)
+
+    assert judged(own, sealed(worse=True)) is Verdict.NOTHING
 
 
 def test_a_fault_of_software_is_the_verdict():

@@ -33,13 +33,12 @@ def test_intervals_hold_the_truth_whatever_the_colour(pole):
 
 
 def test_a_prior_counts_as_what_it_says():
-    """Ten rows of white noise of deviation 1 and a prior of deviation 1/2 around the truth: 1/(1 + 4/n)."""
-    n = 48
-    rows = np.ones((n, 1))
-    jacobian = np.vstack([rows, [[2.0]]])
-    noise = np.random.default_rng(8).standard_normal(n)
-    residual = np.concatenate([noise - noise.mean(), [0.0]])
+    """2400 rows of white noise of deviation 1 and a prior that knows as much: 1/sqrt(2 * 2400)."""
+    n = 2400
+    jacobian = np.vstack([np.ones((n, 1)), [[np.sqrt(n)]]])
+    draws = np.random.default_rng(8).standard_normal((40, n))
+    residuals = [np.concatenate([noise - noise.mean(), [0.0]]) for noise in draws]
 
-    deviation = float(np.sqrt(sandwich(jacobian, residual, 1, 1)[0, 0]))
+    deviation = float(np.mean([np.sqrt(sandwich(jacobian, r, 1, 1)[0, 0]) for r in residuals]))
 
-    assert deviation == pytest.approx(1.0 / np.sqrt(n + 4.0), rel=0.35)
+    assert deviation == pytest.approx(1.0 / np.sqrt(2.0 * n), rel=0.1)
