@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from master.diagnosis.answer.verdict import NOTHING, sentence, verdict
-from master.diagnosis.case.case import load_case, read_case
+from master.diagnosis.answer.answer import answer
+from master.diagnosis.case.case import load_case
 from master.diagnosis.case.cut import cut
-from master.diagnosis.judge.diagnose import diagnose
 from master.diagnosis.replay.replayer import Link, Player
 from master.fmi.description_reader import read_description
 from tests.foreign.build import describe_2
@@ -61,8 +60,8 @@ def diagnosed(folder, given, noise, lag):
     rows = "".join(f"{0.1 * i:.1f},{a!r},{b!r}\n" for i, (a, b) in enumerate(pairs))
     (folder / "run.csv").write_text("t,u,y\n" + rows)
     (folder / "case.yaml").write_text(LAGGING.replace("INPUT", given))
-    with diagnose(read_case(folder / "case.yaml"), lambda text: None) as diagnosis:
-        return verdict(diagnosis), sentence(diagnosis), dict(diagnosis.main.changed_rows)
+    report = answer(folder / "case.yaml", folder / "results", lambda text: None)
+    return report["verdict"], report["sentence"], report["changed_rows"]
 
 
 @pytest.mark.parametrize(
@@ -82,7 +81,7 @@ def test_a_lag_of_one_row_is_found_and_named_whatever_the_fmu_says(fmu, tmp_path
     row = "start" if lag else "end"
     usual = "start" if dependencies == 'dependencies=""' else "end"
 
-    assert found == NOTHING
+    assert found == "nothing missing"
     assert changed == ({} if row == usual else {"s.Real_in": row})
     assert (f"s.Real_in at the {row} of each step" in said) == bool(changed)
 

@@ -226,7 +226,8 @@ class ReplayBench:
         return np.concatenate([values[name] for name in self.recordings])
 
     def _in_use(self) -> Mask:
-        settle = round(self.options.settle / self.period)
+        unknown = 1 if self.part.begins_before_its_rows else 0
+        settle = max(round(self.options.settle / self.period), unknown)
         used = {name: np.ones(len(r)) for name, r in self.recordings.items()}
         for s in self.segments:
             used[s.recording][s.begin : s.begin + settle] = 0.0
