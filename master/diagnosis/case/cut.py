@@ -117,9 +117,7 @@ def cut(loaded: LoadedCase, progress: catalogue.Progress = catalogue.silent) -> 
         sources=sources,
         values=values,
         descriptions={name: i.description for name, i in system.instances.items()},
-        parts=_parts(
-            loaded, system, order, {n for n, source in sources.items() if catalogue.is_path(source)}
-        ),
+        parts=_parts(loaded, system, order, foreign),
     )
 
 
