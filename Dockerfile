@@ -12,6 +12,6 @@ RUN wheel="$(echo /wheels/*.whl)" && pip install --no-cache-dir "${wheel}[native
 USER user
 WORKDIR /data
 # the stepping loop is compiled once, into the image
-RUN dockloop run low_frequency --stop-time 0.1 --output /tmp/first && rm -r /tmp/first
+RUN dockloop run low_frequency --stop-time 0.1 && rm -r results/*
 ENTRYPOINT ["dockloop"]
 CMD ["--help"]

@@ -30,7 +30,7 @@ FLOOR = "bare C loop"
 OURS = "dockloop"
 MASTERS = (
     Master(FLOOR, "bare_c", 400_000),
-    Master(OURS, "dockloop", 400_000),
+    Master(OURS, "dockloop_master", 400_000),
     Master("FMPy container, recorded", "fmpy_container", 400_000, more=("1",)),
     Master("FMPy container, 1000 steps a call", "fmpy_container", 400_000, more=("1000",)),
     Master("Ecos (ecospy)", "ecos", 50_000, "ecospy==0.7.2"),

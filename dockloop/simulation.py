@@ -12,6 +12,7 @@ from master.experiment.experiment import Experiment
 from master.stepping.opened import OpenRun, RunState
 
 from .result import Run
+from .values import plain
 
 
 @dataclass(frozen=True)
@@ -84,8 +85,6 @@ class Simulation:
             ConfigError: If there is no such variable, it cannot be set now, or refuses the value.
             FmuError: If the FMU refuses.
         """
-        from .system import plain
-
         self._opened.set(signal, plain(value))
 
     def save(self) -> SavedState:

@@ -10,8 +10,6 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from master.api import prepare_to_run
 from master.catalogue import silent
 from master.errors import ConfigError, Problem, nearest
@@ -35,6 +33,7 @@ from master.text.yaml_lines import parse_yaml
 from .python_block import Block, BlockSlave
 from .result import Run
 from .simulation import Simulation
+from .values import plain
 
 Source = str | Path | Mapping[str, Any]
 Values = Mapping[str, Any]
@@ -412,28 +411,6 @@ def write_ssp(
     system = system if isinstance(system, System) else load(system)
     system.require_fmus("an SSP")
     return write(system.experiment(variant, set=set), Path(path))
-
-
-def plain(value: Any) -> Any:
-    """
-    Turn values of NumPy, paths, tuples into what YAML has.
-
-    Raises:
-        ConfigError: If there is a value that a system file cannot hold.
-    """
-    if isinstance(value, np.generic):
-        value = value.item()
-    if isinstance(value, Path):
-        return str(value)
-    if isinstance(value, Mapping):
-        return {str(key): plain(v) for key, v in value.items()}
-    if isinstance(value, list | tuple | np.ndarray):
-        return [plain(v) for v in value]
-    if value is None or isinstance(value, bool | int | float | str):
-        return value
-    raise ConfigError(
-        [Problem("not a value", got=repr(value), expected="a number, a text, a list or a dict")]
-    )
 
 
 def _of_dict(source: Mapping[str, Any], blocks: dict[str, Block]) -> LoadedConfig:

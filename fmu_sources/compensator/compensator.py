@@ -17,7 +17,8 @@ States   all sampled: Y from the assumed attribute parameters (c, d, e times pri
          dF = 0, the leads and all histories steady in the inputs at the start
 Source   Paper, Sec. IV, Eqs. 14-24.
 Deviation  c, d, e stand for -s (restoring force); the force of Eq. 15 is the one after FMDC, not after CFDC;
-           K has a factor of its own, dpdc_gain, 1 in the paper; see the README for the rest.
+           K has a factor of its own, dpdc_gain, 1 in the paper; P + Q before the gain in Eq. 21; prefilter,
+           identifier fixed, identification_held, unit_dc and fmdc_filter are additions.
 Valid    Linear contact. Singly the parameters are not identifiable from one oscillation, only G at its
          frequency is.
 """

@@ -21,7 +21,7 @@ _PAGE = """\
 <title>{name}</title>
 <style>
 body {{ font: 15px/1.5 sans-serif; max-width: 60rem; margin: 2rem auto; padding: 0 1rem; color: #222; }}
-pre {{ background: #f4f5f7; padding: 1rem; overflow-x: auto; }}
+pre {{ background: #f4f5f7; padding: 1rem; white-space: pre-wrap; overflow-wrap: anywhere; }}
 table {{ border-collapse: collapse; }}
 th, td {{ text-align: left; vertical-align: top; padding: 0.2rem 0.8rem 0.2rem 0; }}
 th, td {{ border-bottom: 1px solid #ddd; }}
@@ -78,6 +78,8 @@ def _table(model: Model, role: Role) -> str:
 
 
 def _row(v: Variable) -> str:
-    start = next((i.name for i in v.items or () if i == v.start), str(v.start))
-    cells = (v.name, v.unit, start, causality(v), v.description)
+    start = next((f"{i.value} ({i.name})" for i in v.items or () if i == v.start), str(v.start))
+    items = "; ".join(f"{i.value} {i.name}" for i in v.items or ())
+    meaning = f"{v.description}: {items}" if items else v.description
+    cells = (v.name, v.unit, start, causality(v), meaning)
     return "<tr>" + "".join(f"<td>{escape(str(cell))}</td>" for cell in cells) + "</tr>"

@@ -20,9 +20,9 @@ from master.errors import ConfigError, FmuError, Problem
 from master.fmi import messages
 from master.fmi.description import Variable
 from master.fmi.messages import MessageLog
-from master.fmi.native import calls
+from master.fmi.saved_state import StateCall, call_state
 from master.fmi.slave import Slave
-from master.fmi.status import Status
+from master.fmi.status import Status, described, status_name
 from master.fmi.values import settable
 from master.process import position
 from master.process.position import Position
@@ -202,7 +202,7 @@ class OpenRun:
         states = np.zeros(len(self._slaves), dtype=np.int64)
         with self._working():
             for i, name in enumerate(self._slaves):
-                self._state_call(name, "get_state", states.ctypes.data + 8 * i)
+                self._state_call(name, StateCall.SAVE, states.ctypes.data + 8 * i)
         self._states.append(states)
         memory, monitor = self._program.memory, self._loop.monitor
         return RunState(
@@ -234,7 +234,7 @@ class OpenRun:
             raise ConfigError([Problem(f"{names} failed", where=self._where(), expected="a new run")])
         with self._working():
             for i, name in enumerate(self._slaves):
-                self._state_call(name, "set_state", int(state.fmus[i]))
+                self._state_call(name, StateCall.RESTORE, int(state.fmus[i]))
         memory, monitor = self._program.memory, self._loop.monitor
         memory.values[:] = state.values
         memory.rings[:] = state.rings
@@ -262,7 +262,7 @@ class OpenRun:
                 for i, name in enumerate(self._slaves):
                     if name not in self._failed:
                         with suppress(FmuError):
-                            self._state_call(name, "free_state", states.ctypes.data + 8 * i)
+                            self._state_call(name, StateCall.FREE, states.ctypes.data + 8 * i)
             for name, slave in self._slaves.items():
                 slave.close(failed=name in self._failed, fatal=self._failed.get(name) == FATAL)
 
@@ -289,11 +289,11 @@ class OpenRun:
             self.close()
             raise
 
-    def _state_call(self, name: str, function: str, argument: int) -> None:
-        interface = self._slaves[name].interface()
-        status = calls.state(getattr(interface, function), interface.component, argument)
-        if status > Status.WARNING or status < Status.OK:
-            raise FmuError(name, f"{function} answered with status {status}", time=self.grid.time(self.tick))
+    def _state_call(self, name: str, call: StateCall, argument: int) -> None:
+        status = call_state(self._slaves[name], call, argument)
+        if status not in (Status.OK, Status.WARNING):
+            said = self._slaves[name].last_message() or f"state not saved or restored, {described(status)}"
+            raise FmuError(name, said, time=self.grid.time(self.tick), status=status_name(status))
 
     def _fault_of_setting(self, instance: str, variable: Variable) -> Problem | None:
         is_input = variable.causality == "input"
