@@ -25,7 +25,9 @@ CASES = Path(__file__).parents[2] / "configs" / "measured"
 def report_of(case, folder):
     result = CliRunner().invoke(diagnose, [str(case), "--output", str(folder), "--json"])
     assert result.exit_code == 0, result.output
-    return json.loads(result.stdout)
+    report = json.loads(result.stdout)
+    assert report["explained_share"] <= report["ceiling"]["share"] + 0.05
+    return report
 
 
 def only(effects, name, folder):

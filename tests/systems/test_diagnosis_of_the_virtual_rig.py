@@ -30,7 +30,9 @@ def report_of(effects, folder, seed=1):
     case["system"] = str((CASE.parent / case["system"]).resolve())
     case["recordings"] = {"rich": {"file": "rig.npz"}}
     (folder / "case.yaml").write_text(yaml.safe_dump(case))
-    return answer(folder / "case.yaml", folder / "out", lambda _: None)
+    report = answer(folder / "case.yaml", folder / "out", lambda _: None)
+    assert report["explained_share"] <= report["ceiling"]["share"] + 0.05
+    return report
 
 
 @pytest.fixture(scope="module")
