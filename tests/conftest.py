@@ -1,4 +1,4 @@
-"""What all tests share: whole systems are slow, measured data may be absent."""
+"""What all tests share: whole systems are slow, and what is slow in Python is not measured for coverage."""
 
 from __future__ import annotations
 
@@ -8,13 +8,28 @@ from pathlib import Path
 import pytest
 
 PROJECT = Path(__file__).parents[1]
-SLOW = Path(__file__).parent / "systems"
+SLOW = PROJECT / "tests" / "systems"
+NOT_MEASURED = [  # models in plain Python, step by step: others cover their lines too
+    PROJECT / "tests" / name
+    for name in (
+        "fmu_sources/export/native",
+        "fmu_sources/motion_simulator",
+        "fmu_sources/rigs",
+        "fuzz",
+        "interop",
+        "oracles",
+        "rig",
+        "systems/test_loop_of_models.py",
+    )
+]
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
         if SLOW in item.path.parents:
             item.add_marker(pytest.mark.slow)
+        if any(item.path.is_relative_to(place) for place in NOT_MEASURED):
+            item.add_marker(pytest.mark.no_cover)
 
 
 @pytest.fixture(scope="session")

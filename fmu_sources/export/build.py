@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ET
 import zipfile
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -111,3 +112,37 @@ def build(wanted: Target) -> Path:
         content = pack_native(sources, host_binaries(sources), _VERSION[wanted.flavour])
     write_whole(wanted.path, content)
     return wanted.path
+
+
+def build_with_starts(name: str, starts: Mapping[str, float], flavour: str, path: Path) -> Path:
+    """
+    Build an FMU of a model with other start values, for every platform that can be compiled for here.
+
+    Args:
+        name: The model.
+        starts: Start values by the names of its variables.
+        flavour: One of `FLAVOURS`.
+        path: The file to write.
+
+    Raises:
+        NativeBuildError: If no compiler is here.
+    """
+    from ..composed.registry import load, modules
+    from ..framework.starts import with_starts
+    from .native import MissingToolError
+    from .native_flavour import host_binaries, native_sources, pack_native, release_binaries
+    from .python_flavour import build_python
+
+    files = modules(name)
+    if flavour == "python":
+        content = build_python(load(name), *files, starts=starts)
+    else:
+        sources = native_sources(with_starts(load(name), starts), *files)
+        try:
+            binaries = release_binaries(sources)
+        except MissingToolError:
+            binaries = host_binaries(sources)
+        content = pack_native(sources, binaries, _VERSION[flavour])
+    path.parent.mkdir(parents=True, exist_ok=True)
+    write_whole(path, content)
+    return path

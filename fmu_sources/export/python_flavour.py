@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 
 import pythonfmu
 
 from ..composed.registry import ROOT, source_files
 from ..framework.model import Model
+from ..framework.starts import with_starts
 from .archive import pack
 from .facts import Flavour, guid
 from .fmi2_xml import describe_fmi2
@@ -25,6 +27,11 @@ _COMPOSING = """
 from {package}.composed.names import composed
 
 MODEL = composed("{name}", lambda _, base=MODEL: base)"""
+
+_STARTING = """
+from {package}.framework.starts import with_starts
+
+MODEL = with_starts(MODEL, {starts!r})"""
 
 _SLAVE = '''\
 """Entry module of this FMU."""
@@ -60,14 +67,24 @@ def python_token(model: Model, sources: dict[str, bytes]) -> str:
     return guid(describe_fmi2(model, PYTHON, ""), *contents)
 
 
-def build_python(model: Model, model_file: Path, *more: Path) -> bytes:
-    """Build the FMU of a model whose module is `model_file`; `more` are the files that compose it."""
-    sources = python_sources(model_file, *more)
+def build_python(
+    model: Model, model_file: Path, *more: Path, starts: Mapping[str, float] | None = None
+) -> bytes:
+    """
+    Build the FMU of a model whose module is `model_file`; `more` are the files that compose it.
+
+    `starts` are start values of its own, by the names of its variables.
+    """
+    changing = [ROOT / "framework" / "starts.py"] if starts else []
+    sources = python_sources(model_file, *more, *changing)
+    model = with_starts(model, starts or {})
     token = python_token(model, sources)
     unique = f"{model.name}_{token[1:9]}"
     module = model_file.relative_to(ROOT).with_suffix("").as_posix().replace("/", ".")
     package = f"dockloop_{unique}"
     composing = _COMPOSING.format(package=package, name=model.name) if more else ""
+    if starts:
+        composing += _STARTING.format(package=package, starts=dict(starts))
     slave = _SLAVE.format(package=package, module=module, composing=composing)
     contents = {f"resources/dockloop_{unique}/{path}": text for path, text in sources.items()}
     contents |= {

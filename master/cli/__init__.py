@@ -15,6 +15,7 @@ COMMANDS = {
     "design-dpdc": "design_dpdc",
     "reproduce": "reproduce",
     "diagnose": "diagnose",
+    "replay": "replay",
     "build": "build",
     "export-ssp": "export_ssp",
     "examples": "examples",

@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
+import signal
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from types import FrameType
 from typing import Any
 
 import click
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
+from master.errors import ConfigError
 from master.installation import require_native
 from master.text.printable import printable
 
@@ -18,14 +25,20 @@ from .console import STDERR
 @click.command()
 @click.argument("case", type=click.Path(path_type=Path))
 @click.option("--output", type=click.Path(path_type=Path), help="Folder of the results.")
+@click.option("--budget", type=float, metavar="SECONDS", help="Stop searching then, with the best so far.")
 @JSON
 @answers_errors
 @calls_fmus
-def diagnose(case: Path, output: Path | None, as_json: bool) -> None:
+def diagnose(case: Path, output: Path | None, budget: float | None, as_json: bool) -> None:
     """Say what the model of CASE lacks, add it, and show the error before and after."""
     require_native("diagnose")
     from master.diagnosis.answer.answer import answer
+    from master.diagnosis.search.deadline import Deadline
 
+    if budget is not None and not budget > 0.0:
+        raise ConfigError([f"--budget: got {budget:g} s, expected a positive time"])
+    deadline = Deadline(budget)
+    begin = time.monotonic()
     folder = output or Path("results") / "diagnosis" / case.stem
     columns = (SpinnerColumn(), TextColumn("{task.description}", markup=False), TimeElapsedColumn())
     with Progress(*columns, console=STDERR, transient=True) as bar:
@@ -33,8 +46,11 @@ def diagnose(case: Path, output: Path | None, as_json: bool) -> None:
 
         def show(text: str) -> None:
             bar.update(task, description=printable(text))
+            if not STDERR.is_terminal:  # a log wants lines
+                say(f"{time.monotonic() - begin:8.1f} s  {text}", err=True)
 
-        report = answer(case, folder, show)
+        with asked_to_stop(deadline.stop):
+            report = answer(case, folder, show, deadline)
     if as_json:
         print_json(report)
         return
@@ -42,13 +58,36 @@ def diagnose(case: Path, output: Path | None, as_json: bool) -> None:
         say(line)
 
 
+@contextmanager
+def asked_to_stop(stop: Callable[[], None]) -> Iterator[None]:
+    """Let a first Ctrl-C or SIGTERM ask for the best so far; a second one ends the command as any other."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+
+    def first(number: int, frame: FrameType | None) -> None:
+        for n, handler in before.items():
+            signal.signal(n, handler)
+        say("stopping: the best so far is written; once more ends at once", err=True)
+        stop()
+
+    for number in before:
+        signal.signal(number, first)
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
 def _lines(report: dict[str, Any], folder: Path) -> list[str]:
     lines = [report["sentence"], f"verdict: {report['verdict']}; subsystem: {report['subsystem'] or 'none'}"]
-    for signal, before in report["before"].items():
-        after = report["after"][signal]
+    for name, before in report["before"].items():
+        after = report["after"][name]
         if before["rmse"] is not None and after["rmse"] is not None:
             lines.append(
-                f"{signal}: rmse {before['rmse']:.4g} -> {after['rmse']:.4g} "
+                f"{name}: rmse {before['rmse']:.4g} -> {after['rmse']:.4g} "
                 f"({before['nrmse_percent']:.3g} -> {after['nrmse_percent']:.3g} %) on the sealed part"
             )
     for family in report["undistinguished"]:

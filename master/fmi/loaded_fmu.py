@@ -33,17 +33,15 @@ class FmuSlave:
         self._is_initialised = False
         self._working_folder: str | None = None
         self._folder = unpacked.acquire(description, unpacked.unpack)
-        self._enter("instantiate")
+        instantiate = "instantiate" if description.version == 2 else "instantiateCoSimulation"
+        self._enter(instantiate)
         try:
             self._fmu: Any = self._instantiate()
         except Exception as error:  # FMPy and the loader raise bare exceptions
             unpacked.release(self._folder)
-            function = f"fmi{description.version}Instantiate"
-            answer = (
-                f"{function} returned no instance"
-                if _has_no_instance(error)
-                else f"cannot be loaded: {error}"
-            )
+            answer = f"cannot be loaded: {error}"
+            if _has_no_instance(error):
+                answer = f"{self._full_name(instantiate)} returned no instance"
             raise FmuError(name, self._explained(answer), time=position.current().time()) from None
         finally:
             self._leave()
@@ -117,10 +115,10 @@ class FmuSlave:
         try:
             call()
         except Exception as error:  # FMPy: FMICallException with a status
-            status = getattr(error, "status", None)
-            what = str(error) if status is None else f"{function} answered with {described(status)}"
-            self._note(Status.ERROR if status is None else status, "at the end", what)
-            return Status.ERROR if status is None else status
+            status: int = getattr(error, "status", Status.ERROR)
+            answer = f"answered with {described(status)}" if hasattr(error, "status") else f"ended: {error}"
+            self._note(status, messages.AT_THE_END, f"{self._full_name(function)} {answer}")
+            return status
         finally:
             self._leave()
         return Status.OK
@@ -151,21 +149,21 @@ class FmuSlave:
             status = getattr(error, "status", None)
             time = position.current().time()
             if not isinstance(status, int):
-                raise FmuError(
-                    self.name, self._explained(f"{function.__name__}: {error}"), time=time
-                ) from None
+                said = self._explained(f"{function.__name__}: {error}")
+                raise FmuError(self.name, said, time=time) from None
             answer = f"{getattr(error, 'function', 'a call')} answered with {described(status)}"
-            raise FmuError(
-                self.name, self._explained(answer), time=time, status=status_name(status)
-            ) from None
+            said = self._explained(answer)
+            raise FmuError(self.name, said, time=time, status=status_name(status)) from None
         finally:
             self._leave()
 
     def _enter(self, function: str) -> None:
         """Note a call, by the name that FMPy's method has."""
-        named = f"fmi{self.description.version}{function[0].upper()}{function[1:]}"
-        position.current().enter(self.name, named)
+        position.current().enter(self.name, self._full_name(function))
         self._working_folder = working_folder()
+
+    def _full_name(self, function: str) -> str:
+        return f"fmi{self.description.version}{function[0].upper()}{function[1:]}"
 
     def _leave(self) -> None:
         """Note the end of a call, and undo what it changed for the next one."""

@@ -24,6 +24,8 @@ LEVELS = {"error": Status.DISCARD, "warning": Status.WARNING, "all": Status.OK}
 
 CHANGES_FLOAT_MODE = "changes rounding, traps or flush to zero, which is undone after its call"
 
+AT_THE_END = "at the end"  # category of what spoils no results any more
+
 _MOST_OF_A_CALL = 5
 _MOST_DIFFERENT = 20  # of an instance; numbers in a text make each message a different one
 _MOST_BYTES = 50_000_000  # of a log file

@@ -79,8 +79,10 @@ class Position:
         self._slaves: Slaves = ()
 
     def begin(self, t0: float, step_size: float) -> None:
-        """Note that a run begins at t0 [s] with its step size [s]."""
+        """Note that a run begins at t0 [s] with its step size [s]; what an earlier one left is forgotten."""
         self.leave()
+        self.cells[STOP] = 0.0
+        self.cells[FLOAT_MODE] = 0.0
         self.cells[PHASE] = OUTSIDE
         self.cells[TICK] = 0.0
         self.cells[T0] = t0

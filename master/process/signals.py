@@ -138,6 +138,12 @@ def noted(numbers: Sequence[int] = SIGNALS) -> Iterator[Interruption]:
             signal.signal(number, handler)
 
 
+def remind() -> None:
+    """Ask a run that begins to stop, if a signal has been noted before it."""
+    if _active and _active[-1]:
+        position.current().cells[position.STOP] = 1.0
+
+
 def hand_on(interruption: Interruption) -> None:
     """Let a signal that a run noted end the command, where that works with runs and saves none."""
     if interruption.number is not None and signal.getsignal(interruption.number) is _leave:

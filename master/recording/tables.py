@@ -81,11 +81,15 @@ def _csv_at_once(path: Path) -> Table | None:
     from pyarrow import csv as arrow_csv
 
     try:
-        found = arrow_csv.read_csv(str(path))
-    except (pa.ArrowException, OSError):
+        with path.open(newline="", encoding="utf-8-sig") as file:
+            header = next(csv.reader(file), [])
+        # the types are given: of integers the reader would take notations that others are not
+        types = arrow_csv.ConvertOptions(column_types=dict.fromkeys(header, pa.float64()))
+        found = arrow_csv.read_csv(str(path), convert_options=types)
+    except (pa.ArrowException, OSError, ValueError, csv.Error):
         return None
     names = [name.strip() for name in found.column_names]
-    are_numbers = all(pa.types.is_integer(c.type) or pa.types.is_floating(c.type) for c in found.columns)
+    are_numbers = all(pa.types.is_floating(column.type) for column in found.columns)
     if not (are_numbers and len(set(names)) == len(names) and not any(c.null_count for c in found.columns)):
         return None
     values = [column.to_numpy().astype(np.float64) for column in found.columns]
@@ -109,7 +113,7 @@ def _csv_by_cells(path: Path) -> Table:
     }
     values = np.full((len(body), len(header)), math.nan)
     for i, row in enumerate(body):
-        if len(row) != len(header):
+        if row and len(row) != len(header):
             text = f"{path}: row {i + 2}: got {len(row)} cells, expected {len(header)}"
             faults.setdefault("", []).append(text)
         for j, cell in enumerate(row[: len(header)]):
@@ -118,7 +122,8 @@ def _csv_by_cells(path: Path) -> Table:
             except ValueError:
                 text = f"{path}: row {i + 2}, column {header[j]!r}: got {cell!r}, expected a number"
                 faults.setdefault(header[j], []).append(text)
-    table = Table(path, {name: values[:, j] for j, name in enumerate(header)}, first_row=2)
+    kept = [i for i, row in enumerate(body) if row]  # without blank lines
+    table = Table(path, {name: values[kept, j] for j, name in enumerate(header)}, first_row=2)
     table.faults = {name: shortened(own, "in this column") for name, own in faults.items()}
     return table
 

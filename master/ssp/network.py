@@ -31,7 +31,7 @@ class Point:
     """
     A connector by the path of its owner from the outermost system, which has the empty path.
 
-    A dictionary's reference has two for each connector, `side` in and out, and so many references share the
+    A dictionary's reference has two for each connector, `side` in and out, and several references share the
     one point of an entry, `side` dictionary.
     """
 
@@ -195,8 +195,6 @@ def _component_type(network: Network, component: Component, connector: Connector
         network.problems.append(
             f"{connector.where}: kind differs from the FMU's, got {connector.kind}, expected {causality}"
         )
-    other_shape = shape_fault(connector, shape_of(fmu, name), f"of {fmu.model_name}")
-    network.problems += [] if other_shape is None else [other_shape]
     found = type_of(variable, connector)
     if declared is None:
         return found

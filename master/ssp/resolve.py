@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path as FilePath
 
 from master.errors import ConfigError
+from master.fmi.structure import with_structure
 from master.fmi.units import Conversion, conversion
 
 from .carry import carry
@@ -97,11 +98,31 @@ def resolve(structure: Structure, trusted: Collection[tuple[str, str]] = ()) -> 
     network = make_network(structure.system)
     assigned = assign(network, structure.system)
     problems = network.problems + assigned.problems
+    problems += _give_structures(network, assigned)
     if not network.leaves:
         problems.append(f"{structure.system.where}: nothing to step, got no component, expected an FMU")
     if problems:
         raise ConfigError(dict.fromkeys(problems))
     return _Flat(structure, network, assigned, frozenset(trusted)).resolved()
+
+
+def _give_structures(network: Network, assigned: Assignments) -> list[str]:
+    """Give arrays the sizes that structural parameters ask for; return faults of connectors' shapes."""
+    problems: list[str] = []
+    for path, leaf in list(network.leaves.items()):
+        own = {p.connector: b for p, b in assigned.values.items() if p.owner == path}
+        try:
+            fmu = with_structure(leaf.component.fmu, {name: bound.values[0] for name, bound in own.items()})
+        except ConfigError as error:
+            where = next((bound.where for bound in own.values()), leaf.component.where)
+            problems += [f"{where}: {p}".replace(f"{leaf.component.file}: ", "") for p in error.problems]
+            continue
+        network.leaves[path] = replace(leaf, component=replace(leaf.component, fmu=fmu))
+        for connector in leaf.component.connectors.values():
+            if variable_of(fmu, connector.name) is not None:
+                fault = shape_fault(connector, shape_of(fmu, connector.name), f"of {fmu.model_name}")
+                problems += [] if fault is None else [fault]
+    return problems
 
 
 class _Flat:
@@ -137,8 +158,9 @@ class _Flat:
         self._order_wires()
         self._note_unused_recordings()
         fmus = {self.names[path]: self._fmu(path, leaf) for path, leaf in self.network.leaves.items()}
-        if self.problems:
-            raise ConfigError(dict.fromkeys(self.problems))
+        problems = [*self.problems, *self.network.problems]  # following a path may find a circle
+        if problems:
+            raise ConfigError(dict.fromkeys(problems))
         renamed = [
             f"{'.'.join(path)!r} is called {name!r} here"
             for path, name in self.names.items()

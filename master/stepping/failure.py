@@ -28,6 +28,7 @@ _DEVIATIONS = {
     "events itself",
     Deviation.TOO_MANY_RETURNS: f"returned early from a step again and again, got more than {MOST_RETURNS} "
     "returns, expected the step's end",
+    Deviation.NO_STATE: "the getter of its state gave none, expected a state to go back to",
     Deviation.NO_TIME: "the last successful time of a step is not a number, got nan, expected a time within "
     "the step",
 }

@@ -129,7 +129,8 @@ class ScenarioPlayer:
         """Read values before they are set."""
         for instance, own in self._by_instance(targets).items():
             if instance in self._system.connectors:
-                self._before |= {t: float(self._program.values[self._program.place[t]]) for t in own}
+                place = self._program.place
+                self._before |= {target: float(self._program.values[place[target]]) for target in own}
                 continue
             slave = self._slaves[instance]
             found = slave.get([self._system.port(target).variable for target in own])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 
 from master.coupling.schedule import Schedule
@@ -14,9 +14,11 @@ from master.fmi.fmi3 import Fmi3Slave
 from master.fmi.messages import MessageLog
 from master.fmi.saved_state import StateCall, call_state
 from master.fmi.slave import Slave
-from master.process import position
+from master.fmi.status import described, status_name
+from master.process import position, signals
 from master.stepping.machine.compiled import compiled as compiled_execute
 from master.stepping.machine.interpreter import execute
+from master.stepping.machine.operations import is_bad
 from master.stepping.machine.program import Program
 from master.stepping.outcome import Outcome, ProgressCallback, RunOptions
 from master.stepping.run import RunLoop
@@ -90,6 +92,7 @@ def running(
     failed: dict[str, str] = {}
     outcome: Outcome | None = None
     position.current().begin(grid.t0, grid.step_size)
+    signals.remind()
     with messages.collecting(log):
         try:
             for name, instance in system.instances.items():
@@ -119,9 +122,14 @@ def running(
                 outcome.messages = log.summary()
 
 
-def _free_states(program: Program, slaves: Mapping[str, Slave], failed: Collection[str]) -> None:
-    """Give saved states of iterated groups back to their FMUs."""
+def _free_states(program: Program, slaves: Mapping[str, Slave], failed: dict[str, str]) -> None:
+    """Give saved states of iterated groups back to their FMUs; one that refuses is noted."""
     states = program.memory.states
     for i, name in enumerate(program.names):
-        if states[i] and name not in failed:
-            call_state(slaves[name], StateCall.FREE, states.ctypes.data + 8 * i)
+        if not states[i] or name in failed:
+            continue
+        status = call_state(slaves[name], StateCall.FREE, states.ctypes.data + 8 * i)
+        if is_bad(status):
+            failed[name] = status_name(status)
+            answer = f"the call that frees its state answered with {described(status)}"
+            messages.current().note(name, status, messages.AT_THE_END, answer)

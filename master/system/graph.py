@@ -222,6 +222,13 @@ class _Joined:
         """Make one whose values may change without changing these."""
         return replace(self, instances=dict(self.instances), given=dict(self.given), held=dict(self.held))
 
+    def restructure(self, name: str, values: Mapping[str, Setting]) -> None:
+        """Give the arrays of an FMU the sizes that values ask for; ConfigError if they cannot be had."""
+        instance = self.instances.get(name)
+        if instance is not None:
+            structured = with_structure(instance.description, values)
+            self.instances[name] = replace(instance, description=structured)
+
     def set(self, signal: str, value: Setting) -> str | None:
         """Set one value over those of the file; return what is wrong with it."""
         name, key = SignalName(signal).parts
@@ -318,10 +325,7 @@ def _variant_faults(loaded: LoadedConfig, joined: _Joined) -> list[str]:
         for name, values in fmus.items():
             own = joined.copy()
             try:
-                if name in own.instances:
-                    instance = own.instances[name]
-                    resized = with_structure(instance.description, values)
-                    own.instances[name] = replace(instance, description=resized)
+                own.restructure(name, values)
             except ConfigError as error:
                 faults += [p.at(loaded.where("variants", variant, name)) for p in error.problems]
                 continue

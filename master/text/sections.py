@@ -11,10 +11,11 @@ from .yaml_lines import Place
 
 
 def section_at(model: Any, place: Place) -> type[BaseModel] | None:
-    """Model of the section at a place; None if there is none."""
+    """Model of the section at a place, of one entry where a list is; None if there is none."""
     for key in place:
         model = _inner(model, key)
-    return next((m for m in _models(model)), None)
+    entries = (get_args(one)[0] for one in _alternatives(model) if get_origin(one) is list)
+    return next((m for one in (model, *entries) for m in _models(one)), None)
 
 
 def _inner(annotation: Any, key: str | int) -> Any:
@@ -28,6 +29,8 @@ def _inner(annotation: Any, key: str | int) -> Any:
             return arguments[1]
         if origin in (list, tuple) and isinstance(key, int):
             return arguments[min(key, len(arguments) - 1)]
+        if origin is list:  # one entry that is written without the list
+            return _inner(arguments[0], key)
     return None
 
 

@@ -125,6 +125,9 @@ class _Fault:
         return Problem(what, where=where, got=got, expected=wanted)
 
 
+_ABSENT = object()
+
+
 class _Repair:
     """Leaves out what is wrong, and knows which faults that brings about."""
 
@@ -161,7 +164,8 @@ class _Repair:
         while place:
             section, key = section_at(self.model, place[:-1]), place[-1]
             info = field_of(section, key)
-            if info is None or not info.is_required():
+            is_there = self.document.at(place, _ABSENT) is not _ABSENT  # not a key that is missing
+            if is_there and (info is None or not info.is_required()):
                 return place, None
             if section is not None and issubclass(section, Section):
                 stand_in = section.stand_in(str(key), self.document.at(place[:-1]))

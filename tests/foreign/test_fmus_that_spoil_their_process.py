@@ -146,7 +146,7 @@ def test_an_fmu_that_refuses_to_terminate_is_named_and_its_rows_stay(command, tm
 
     assert result.exit_code == 0
     assert (said["fmu"], said["status"], said["t"]) == ("discard_terminate", "discard", 1.0)
-    assert said["text"] == "terminate answered with status discard: it cannot do this"
+    assert said["text"] == "fmi2Terminate answered with status discard: it cannot do this"
     assert len(read_csv(out / "result.csv").time) == 101
 
 

@@ -99,7 +99,7 @@ def test_an_fmu_that_would_have_its_clocks_ticked_is_named(fmu, tmp_path):
 def test_an_fmu_that_needs_what_it_does_not_declare_says_so_itself(fmu, tmp_path):
     fmu("3.0", describe_3(token="events"))
 
-    answer = r"\(fmi3Instantiate returned no instance\)"
+    answer = r"\(fmi3InstantiateCoSimulation returned no instance\)"
     with pytest.raises(FmuError, match=rf"^a at t=0 s: \[status\] works in event mode only {answer}$"):
         run(tmp_path, {"a": {"source": "./types3.fmu"}})
 

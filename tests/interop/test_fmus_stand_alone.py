@@ -39,6 +39,7 @@ def fmus(name: str) -> dict[str, bytes]:
     return {version: pack_native(sources, binaries, version) for version in VERSIONS}
 
 
+@pytest.mark.long
 @each_model
 def test_native_fmus_are_valid_and_build_to_the_same_bytes(name: str, tmp_path: Path) -> None:
     built = fmus(name)
@@ -82,6 +83,7 @@ def test_the_library_needs_the_c_library_only(name: str, tmp_path: Path) -> None
     assert undefined <= LIBC | LIBM | LINKER
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", [n for n in release_models() if (registry.ROOT / n / f"{n}.py").exists()])
 def test_two_builds_in_other_processes_give_the_same_token_and_bytes(name: str) -> None:
     code = f"""

@@ -89,6 +89,7 @@ def test_fmpy_on_the_command_line(given: Vectors, tmp_path: Path) -> None:
     assert given.largest_deviation(np.column_stack([found[n] for n in given.output_names])) <= BOUND
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("package", ["pathsim.blocks", "pathsim_fmi"])
 def test_pathsim(given: Vectors, pathsim_python: Path, tmp_path: Path, package: str) -> None:
     got = in_peer(pathsim_python, "run_in_pathsim.py", given, tmp_path, package)
@@ -96,6 +97,7 @@ def test_pathsim(given: Vectors, pathsim_python: Path, tmp_path: Path, package: 
     assert given.largest_deviation(got) <= BOUND
 
 
+@pytest.mark.long
 def test_cofmpy(given: Vectors, cofmpy_python: Path, tmp_path: Path) -> None:
     after_each_step = in_peer(cofmpy_python, "run_in_cofmpy.py", given, tmp_path)
 
@@ -122,6 +124,7 @@ def test_the_plain_c_host_needs_nothing_but_the_c_library(given: Vectors, host, 
         assert "Py" not in symbols
 
 
+@pytest.mark.long  # the first executable for Windows compiles the C library of its target
 def test_the_windows_library_under_wine(given: Vectors, host, wine_prefix: Path, tmp_path: Path) -> None:
     wine = shutil.which("wine64", path=os.environ["PATH"] + ":/usr/lib/wine")
     require(wine, "apt-get install wine64")

@@ -13,7 +13,7 @@ from master.stepping.simulate import simulate
 from master.system.grid import Grid
 
 pytestmark = [
-    pytest.mark.slow,
+    pytest.mark.long,
     pytest.mark.skipif(not sys.platform.startswith("linux"), reason="counts what /proc shows"),
 ]
 

@@ -24,7 +24,7 @@ SLOW = {"motion_simulator"}
 each_model = pytest.mark.parametrize("name", make_references.MAKERS)
 each_computed = pytest.mark.parametrize(
     "name",
-    [pytest.param(n, marks=pytest.mark.slow if n in SLOW else ()) for n in make_references.MAKERS],
+    [pytest.param(n, marks=pytest.mark.long if n in SLOW else ()) for n in make_references.MAKERS],
 )
 
 

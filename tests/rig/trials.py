@@ -24,7 +24,8 @@ import numpy as np
 import yaml
 
 from master.diagnosis.answer.before_after import sealed
-from master.diagnosis.answer.verdict import subsystem, verdict
+from master.diagnosis.answer.claims import claims, verdict
+from master.diagnosis.answer.verdict import subsystem
 from master.diagnosis.case.case import load_case
 from master.diagnosis.judge.diagnose import diagnose
 from master.diagnosis.replay.placed_effect import PlacedEffect
@@ -93,7 +94,8 @@ def _judged(truth, seed, found, recorder, effects) -> dict:
         chain = p.study.pool.player(p.chosen.effects).chain
         files |= {c.name: c.description.path for c in chain if c.name in p.fmus}
     name = part.name
-    own = sealed(found, files)[name]
+    rows = sealed(found, files)
+    own = rows[name]
     before, after = (_power(part, own, predicted) for predicted in (own.before, own.after))
     noise = noise_of(recorder)
     sized = zip(part.outputs, part.study.output_scale, strict=True)
@@ -102,7 +104,8 @@ def _judged(truth, seed, found, recorder, effects) -> dict:
     return {
         "truth": truth,
         "seed": seed,
-        "verdict": verdict(found),
+        "verdict": verdict(found, rows).value,
+        "statuses": {str(c.placed): c.status.value for p in found.parts for c in claims(p, rows[p.name])},
         "effects": [f"{a.fmu}.{a.slot}:{a.effect}" for a in part.chosen.effects],
         "families": [list(f) for p in found.parts for f in p.families],
         "subsystem": subsystem(found),

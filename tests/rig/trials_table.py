@@ -63,7 +63,7 @@ def outcome(row: dict) -> str:
     """A few words for the table."""
     if row["verdict"] in (*SILENT, "undeclared", "error"):
         return row["verdict"]
-    if row["verdict"] == "cannot be told":
+    if row["verdict"] == "one of a class":
         alone = [n for n in names(row) if n not in members(row)]
         return " + ".join([*alone, "family " + " or ".join(sorted(members(row)))])
     return " + ".join(names(row)) + (" + remainder" if row["verdict"].startswith("partly") else "")

@@ -14,6 +14,7 @@ from master.analysis.measures.margins import margins
 from master.analysis.measures.poles import growth_rate
 from master.analysis.measures.sweep import parse_axis, stability_map
 from master.reproduce.measures.poles import judged
+from tests.costs import long_for
 from tests.systems.analysed import CONFIGS, analysed, prepared, simulated
 
 LINEAR = ("low_frequency", "high_frequency", "experiment", "experiment_1000kg")
@@ -59,7 +60,10 @@ def test_damping_is_that_of_the_simulation_with_the_kalman_filter(name, variant)
     assert found.zeta == pytest.approx(run.zeta, abs=2e-5)
 
 
-@pytest.mark.parametrize(("name", "variant"), [c for c in cases(*VARYING) if c != SATURATES])
+VARYING_CASES = [case for case in cases(*VARYING) if case != SATURATES]
+
+
+@pytest.mark.parametrize(("name", "variant"), long_for(VARYING_CASES[1:], VARYING_CASES))
 def test_damping_under_varying_stiffness_is_that_of_the_run_whatever_identifies(name, variant):
     """Along the run the loop is linear to its noise: 1.3e-5 with RLS, whose parameters run far astray."""
     found = analysed(name, variant)
@@ -79,6 +83,7 @@ def test_a_run_that_saturates_is_said_not_to_be_linear():
     assert any(f"zeta of the run itself is {run.zeta:+.6f}" in note for note in found.notes)
 
 
+@pytest.mark.long
 def test_growth_over_a_period_is_that_of_the_real_docking():
     """Independent: the multipliers of its equations over 1 s, integrated to 1e-12; 5e-4 as for a pole."""
     assert analysed("time_varying_stiffness", "cfdc_dpdc").growth_rate == pytest.approx(
@@ -147,7 +152,11 @@ def test_latency_budget_of_the_force_path(name, variant, budget):
 
 
 @pytest.mark.parametrize(
-    ("name", "variant"), [("low_frequency", "cfdc_dpdc"), ("hexapod/experiment_1000kg", "all")]
+    ("name", "variant"),
+    [
+        ("low_frequency", "cfdc_dpdc"),
+        pytest.param("hexapod/experiment_1000kg", "all", marks=pytest.mark.long),
+    ],
 )
 def test_whole_steps_around_each_delay_margin_are_stable_and_unstable(name, variant):
     linearisation = Linearisation(prepared(name, variant))
@@ -172,7 +181,7 @@ def test_forward_difference_has_an_unstable_second_mode():
         assert found.dominant.zeta > 0.0
 
 
-@pytest.mark.parametrize("flavour", ["python", "fmi3"])
+@pytest.mark.parametrize("flavour", long_for(["python"], ["python", "fmi3"]))
 def test_every_flavour_gives_the_same_poles(flavour):
     from master.analysis.summary import analyse
     from master.api import prepare_to_run

@@ -25,7 +25,9 @@ CASES = Path(__file__).parents[2] / "configs" / "measured"
 def report_of(case, folder):
     result = CliRunner().invoke(diagnose, [str(case), "--output", str(folder), "--json"])
     assert result.exit_code == 0, result.output
-    return json.loads(result.stdout)
+    report = json.loads(result.stdout)
+    assert report["explained_share"] <= report["ceiling"]["share"] + 0.05
+    return report
 
 
 def only(effects, name, folder):
@@ -45,7 +47,7 @@ def emps(data, tmp_path_factory):
 def test_axis_lacks_asymmetric_friction(emps):
     report, _ = emps
 
-    assert report["verdict"] == "traced"
+    assert report["verdict"] == "partly, with a remainder"  # the force is known far better than modelled
     assert [e["effect"] for e in report["effects"]] == ["asymmetric_friction"]
     assert 17.0 < report["before"]["axis.force"]["nrmse_percent"] < 18.5
     assert report["after"]["axis.force"]["nrmse_percent"] <= 5.4
@@ -60,7 +62,7 @@ def test_report_has_the_keys_that_are_promised(emps):
     low, high = report["after"]["axis.force"]["rmse_interval"]
     assert low < report["after"]["axis.force"]["rmse"] < high < report["before"]["axis.force"]["rmse"]
     assert report["ceiling"]["share"] > 0.9
-    assert all(set(r) == {"round", "effect", "gain", "why"} for r in report["runners_up"])
+    assert all(set(r) == {"round", "effect", "gain", "why", "sealed_rmse"} for r in report["runners_up"])
     assert json.loads((folder / "report.json").read_text()) == report
     assert all((folder / name).is_file() for name in report["files"])
 

@@ -207,7 +207,8 @@ class Bench:
         raise FmuError(name, message, time=time)
 
     def _state_call(self, call: StateCall, argument: int) -> None:
-        if is_bad(call_state(self.slave, call, argument)):
+        status = call_state(self.slave, call, argument)
+        if is_bad(status) or (call is StateCall.SAVE and not self.state[0]):
             self.failed = True
             message = self.slave.last_message() or "its state cannot be saved and set"
             raise FmuError(self.question.instance.name, message)

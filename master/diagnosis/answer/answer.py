@@ -10,32 +10,32 @@ from master.diagnosis.answer.report.page import page
 from master.diagnosis.answer.report.panels import panels
 from master.diagnosis.case.case import read_case
 from master.diagnosis.judge.diagnose import Diagnosis, diagnose
+from master.diagnosis.search.deadline import Deadline
 from master.diagnosis.search.study import Progress
-from master.experiment.prepare import prepare
 from master.fmi.description_reader import read_description
 from master.recording.whole_file import write_whole
 
 from .before_after import sealed
-from .corrected_fmus import Corrected, correct
+from .corrected_fmus import Corrected, confirmed, correct
 from .verdict import as_dict
 
 
-def answer(path: Path, folder: Path, progress: Progress) -> dict[str, Any]:
+def answer(path: Path, folder: Path, progress: Progress, deadline: Deadline | None = None) -> dict[str, Any]:
     """
     Diagnose a case and write report, panels, corrected FMUs and system into a folder.
 
-    No FMU stays loaded, however it ends.
+    No FMU stays loaded, however it ends. Once the deadline is over, the best so far is reported.
 
     Raises:
         ConfigError: If the case or what it names is wrong.
         FmuError: If an FMU cannot be replayed on what was measured.
     """
-    with diagnose(read_case(path), progress) as diagnosis:
+    with diagnose(read_case(path), progress, deadline) as diagnosis:
         progress("models with effects are written")
         corrected = correct(diagnosis, folder)
-        prepare(corrected.system)
         progress("sealed rows are read, once")
         parts = sealed(diagnosis, corrected.native)
+        corrected = confirmed(diagnosis, corrected, parts, folder)
         progress("report is drawn")
         drawn = panels(diagnosis, parts, folder / "panels")
         files = [*corrected.files, *(p.file for p in drawn), folder / "report.html", folder / "report.json"]

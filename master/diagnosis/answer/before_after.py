@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,8 +15,9 @@ from master.diagnosis.case.cut import CutPart, CutSystem
 from master.diagnosis.case.split import Stretch
 from master.diagnosis.judge.diagnose import Diagnosis
 from master.diagnosis.judge.part_result import PartResult
-from master.diagnosis.numerics.arrays import Array
+from master.diagnosis.numerics.arrays import Array, Integers
 from master.diagnosis.numerics.error_measures import Errors, errors
+from master.diagnosis.numerics.sealed_gain import SealedGain, sealed_gain
 from master.diagnosis.replay.candidate_models import links
 from master.diagnosis.replay.replay_bench import ReplayBench
 from master.diagnosis.replay.replayer import Player
@@ -24,7 +26,13 @@ from master.diagnosis.search.study import merged
 
 @dataclass(frozen=True)
 class SealedPart:
-    """Sealed rows of one part: time [s], shape (rows,), the others (rows, outputs)."""
+    """
+    Sealed rows of one part: time [s], shape (rows,), the others (rows, outputs).
+
+    `gains` is what each effect takes away by itself, `rivals` is the rms that every
+    fitted effect leaves, by signal, `gain` what all take over the refit and over the
+    nominal model. `failure` says why a replay ended early, None if none did.
+    """
 
     part: CutPart
     t: Array
@@ -32,6 +40,37 @@ class SealedPart:
     before: Array
     after: Array
     nominal: Array
+    gains: Mapping[str, SealedGain | None] = field(default_factory=dict)
+    rivals: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    failure: str | None = None
+
+    @property
+    def gain(self) -> SealedGain | None:
+        """What the effects take away of what the refit leaves."""
+        return sealed_gain(self.measured, self.before, self.after, self.scale)
+
+    @property
+    def gain_over_nominal(self) -> SealedGain | None:
+        """What the effects take away of what the nominal model leaves."""
+        return sealed_gain(self.measured, self.nominal, self.after, self.scale)
+
+    @property
+    def is_confirmed(self) -> bool:
+        """Whether the model with effects is better than refit and nominal model, beyond chance."""
+        gains = (self.gain, self.gain_over_nominal)
+        return all(g is not None and g.interval.low > 0.0 for g in gains)
+
+    @property
+    def is_refit_worse(self) -> bool:
+        """Whether the nominal model is better than the refit, beyond chance."""
+        gain = sealed_gain(self.measured, self.before, self.nominal, self.scale)
+        return gain is not None and gain.interval.low > 0.0
+
+    @property
+    def scale(self) -> Array:
+        """Scale of each output: what the refit leaves, shape (outputs,)."""
+        size = np.sqrt(np.mean((self.before - self.measured) ** 2, axis=0))
+        return np.where(np.isfinite(size) & (size > 0.0), size, 1.0)
 
     def errors_of(self, predicted: Array) -> dict[str, Errors]:
         """Errors of one of the predictions, by signal."""
@@ -78,14 +117,41 @@ def _one(
     if result.has_effect:
         new = {fmu: files.get(fmu, file) for fmu, file in old.items()}
         after = _run(bench, system, new, result.values)
-    return SealedPart(
+    measured = bench.measured[rows]
+    own = SealedPart(
         part=bench.part,
         t=rows * bench.row_period,
-        measured=bench.measured[rows],
-        before=before[rows],
-        after=after[rows],
-        nominal=nominal[rows],
+        measured=measured,
+        before=before.predicted[rows],
+        after=after.predicted[rows],
+        nominal=nominal.predicted[rows],
+        failure=next((r.failure for r in (after, before, nominal) if r.failure), None),
     )
+    gains = {}
+    for name, less in result.without.items():
+        without = own.before
+        if less.model.effects:
+            values = dict(less.model.fixed) | dict(less.fit.values)
+            player = result.study.pool.player(less.model.effects)
+            without = bench.predict(player, merged(system.values, values))[rows]
+        gains[name] = sealed_gain(measured, without, own.after, own.scale)
+    return replace(own, gains=gains, rivals=_rivals(result, bench, rows, own.part.compared))
+
+
+def _rivals(
+    result: PartResult, bench: ReplayBench, rows: Integers, signals: Iterable[str]
+) -> dict[str, dict[str, float]]:
+    """Sealed rms that each fitted effect leaves in the model of its round, by effect and signal."""
+    found: dict[str, dict[str, float]] = {}
+    for step in () if result.search is None else result.search.rounds:
+        for r in step.ranked:
+            values = dict(r.model.fixed) | dict(r.gain.fit.values)
+            player = result.study.pool.player(r.model.effects)
+            predicted = bench.predict(player, merged(result.study.system.values, values))[rows]
+            left = np.sqrt(np.mean((predicted - bench.measured[rows]) ** 2, axis=0))
+            if np.isfinite(left).all():
+                found[r.name] = dict(zip(signals, left.tolist(), strict=True))
+    return found
 
 
 def _bench(diagnosis: Diagnosis, result: PartResult, names: set[str]) -> ReplayBench:
@@ -103,8 +169,20 @@ def _files(system: CutSystem, part: CutPart) -> dict[str, Path]:
     return catalogue.files(targets, catalogue.silent)
 
 
+class Run(NamedTuple):
+    """Prediction of all rows (rows, outputs), and why it ended early if it did."""
+
+    predicted: Array
+    failure: str | None
+
+
 def _run(
     bench: ReplayBench, system: CutSystem, files: Mapping[str, Path], values: Mapping[str, float]
-) -> Array:
+) -> Run:
+    given = merged(system.values, values)
     with closing(Player(links(system, bench.part, files))) as player:
-        return bench.predict(player, merged(system.values, values))
+        predicted = bench.predict(player, given)
+        if np.isfinite(predicted[bench.in_use]).all():
+            return Run(predicted, None)
+        failure = bench.failure(player, given)
+        return Run(predicted, str(failure or "the replay is not finite"))

@@ -3,19 +3,26 @@
 from __future__ import annotations
 
 import os
-import shutil
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from fmu_sources.export.build import build_with_starts
 from master import catalogue
 from master.diagnosis.case.cut import CutSystem
 from master.diagnosis.judge.diagnose import Diagnosis
+from master.diagnosis.judge.part_result import PartResult
 from master.diagnosis.replay.placed_effect import source_with
+from master.experiment.prepare import prepare
 from master.recording.whole_file import write_whole
+from master.ssp.parameter_set import parameter_set
 from master.text.signal_name import SignalName
 from master.text.yaml_lines import write_yaml
+
+from .before_after import SealedPart
+from .driven import driven_inputs, write_inputs
 
 FLAVOURS = ("native", "python")
 HEAD = "# {name} with what the recording asks for; written by `dockloop diagnose`.\n"
@@ -36,23 +43,54 @@ def correct(diagnosis: Diagnosis, folder: Path) -> Corrected:
     sources = _sources(diagnosis)
     native: dict[str, Path] = {}
     files: list[Path] = []
+    values = corrected_values(diagnosis)
     for fmu, source in sources.items():
         if source == system.sources[fmu]:
             continue
+        own = values.get(fmu, {})
         for flavour in FLAVOURS:
-            target = catalogue.locate(source, system.folder, flavour)
-            built = catalogue.files({source: target}, catalogue.silent)[source]
-            path = folder / flavour / f"{source}.fmu"
-            path.parent.mkdir(parents=True, exist_ok=True)
-            shutil.copyfile(built, path)
-            files.append(path)
+            path = folder / flavour / f"{_file_name(fmu, source, sources)}.fmu"
+            files.append(build_with_starts(source, own, flavour, path))
             if flavour == "native":
                 native[fmu] = path
+        if own:
+            path = folder / f"{fmu}.ssv"
+            write_whole(path, parameter_set(own))
+            files.append(path)
     path = folder / f"{diagnosis.loaded.case.name}_corrected.yaml"
+    document = _document(diagnosis, native, folder)
+    inputs = driven_inputs(system, (c["to"] for c in document.get("connections", [])))
+    if inputs:
+        recording = next(iter(diagnosis.recordings.values()))
+        table = folder / f"{diagnosis.loaded.case.name}_inputs.parquet"
+        document |= write_inputs(table, inputs, recording)
+        files.append(table)
     text = HEAD.format(name=diagnosis.loaded.case.name)
-    text += write_yaml(_document(diagnosis, sources, folder))
+    text += write_yaml(document)
     write_whole(path, text)
     return Corrected(native, (*files, path), path)
+
+
+def confirmed(
+    diagnosis: Diagnosis, corrected: Corrected, sealed: Mapping[str, SealedPart], folder: Path
+) -> Corrected:
+    """Take back what the sealed rows do not confirm, and prepare what is left as a system that runs."""
+    if not any(_is_refuted(p, sealed[p.name]) for p in diagnosis.parts):
+        prepare(corrected.system)
+        return corrected
+    for file in corrected.files:
+        file.unlink()
+    for flavour in FLAVOURS:
+        with suppress(OSError):
+            (folder / flavour).rmdir()
+    return Corrected({}, (), corrected.system)
+
+
+def _is_refuted(part: PartResult, sealed: SealedPart) -> bool:
+    """Whether the sealed rows do not confirm a part's effects, or its other numbers without any."""
+    if part.has_effect:
+        return not sealed.is_confirmed
+    return part.parameter_gain and sealed.is_refit_worse
 
 
 def corrected_values(diagnosis: Diagnosis) -> dict[str, dict[str, float]]:
@@ -76,7 +114,12 @@ def _sources(diagnosis: Diagnosis) -> dict[str, str]:
     }
 
 
-def _document(diagnosis: Diagnosis, sources: Mapping[str, str], folder: Path) -> dict[str, Any]:
+def _file_name(fmu: str, source: str, sources: Mapping[str, str]) -> str:
+    """Name of an FMU's file: its model's, with the instance's where two are made of one model."""
+    return source if list(sources.values()).count(source) == 1 else f"{fmu}_{source}"
+
+
+def _document(diagnosis: Diagnosis, native: Mapping[str, Path], folder: Path) -> dict[str, Any]:
     """The description of the system with other sources and parameters."""
     system = diagnosis.system
     case = diagnosis.loaded.case
@@ -84,7 +127,7 @@ def _document(diagnosis: Diagnosis, sources: Mapping[str, str], folder: Path) ->
     overrides: Mapping[str, Any] = {} if case.variant is None else system.config.variants[case.variant]
     values = corrected_values(diagnosis)
     for fmu, entry in data["fmus"].items():
-        entry["source"] = _source(system, sources[fmu], folder)
+        entry["source"] = _source(system, fmu, native, folder)
         given = dict(entry.get("parameters", {}))
         given |= dict(overrides.get(fmu, {})) | values.get(fmu, {})
         if given:
@@ -93,7 +136,10 @@ def _document(diagnosis: Diagnosis, sources: Mapping[str, str], folder: Path) ->
     return dict(data)
 
 
-def _source(system: CutSystem, source: str, folder: Path) -> str:
+def _source(system: CutSystem, fmu: str, native: Mapping[str, Path], folder: Path) -> str:
+    if fmu in native:
+        return f"./{native[fmu].relative_to(folder).as_posix()}"
+    source = system.sources[fmu]
     if not catalogue.is_path(source):
         return source
     return Path(os.path.relpath(system.folder / source, folder)).as_posix()

@@ -10,61 +10,105 @@ import numpy as np
 
 from fmu_sources.effects.catalogue import effect, listed
 from fmu_sources.effects.framework.experiment import Experiment
+from master.diagnosis.adequacy.channels import Adequacy
 from master.diagnosis.judge.diagnose import Diagnosis
 from master.diagnosis.judge.part_result import PartResult
 from master.diagnosis.numerics.gains import SMALLEST_GAIN
+from master.diagnosis.replay.placed_effect import PlacedEffect
+from master.diagnosis.search.classes import are_of_a_class, class_of
 from master.diagnosis.search.families import Ranked
 from master.diagnosis.search.simplify import AND
 
 from .before_after import SealedPart
-
-TRACED = "traced"
-PARTLY = "partly, with an undeclared remainder"
-UNDECLARED = "undeclared"
-UNTOLD = "cannot be told"
-PARAMETERS = "parameters only"
-NOTHING = "nothing missing"
+from .claims import NEAR_BEST, Status, Verdict, claims, shape, verdict
 
 UNNAMED = "a law without a name explains more"
 REWRITTEN = "others explain more, or make it needless"
-CLEARLY_DRIFTING = 1e-6  # chance that one number fits, below which a parameter that drifts is a finding
 N_CORRELATIONS = 5
+MOST_PREDICTORS = 6
 
 
-def verdict(diagnosis: Diagnosis) -> str:
-    """One of the six verdicts, from the part with the strongest effect."""
-    main = diagnosis.main
-    if any(p.has_effect for p in diagnosis.parts):
-        if not main.is_named:
-            return UNDECLARED
-        if main.has_remainder:
-            return PARTLY
-        return UNTOLD if main.families else TRACED
-    if any(p.has_remainder or _is_unexplained(p) for p in diagnosis.parts):
-        return UNDECLARED
-    return PARAMETERS if any(p.parameter_gain for p in diagnosis.parts) else NOTHING
-
-
-def sentence(diagnosis: Diagnosis) -> str:
+def sentence(diagnosis: Diagnosis, sealed: Mapping[str, SealedPart]) -> str:
     """The verdict for people."""
-    main = diagnosis.main
-    names = " and ".join(str(e) for e in main.chosen.effects if e.effect in listed())
+    parts = [p for p in diagnosis.parts if p.is_judged]
+    found = [c for p in parts for c in claims(p, sealed[p.name])]
+    names = " and ".join(_named(c.placed) for c in found if c.status is Status.TRACED)
+    classes = "; ".join(" or ".join(f) for p in parts for f in p.families)
+    nearest = _nearest(parts, sealed)
+    rest = _rest(parts)
+    kind = verdict(diagnosis, sealed)
+    certain = f"Traced: {names}. " if names else ""
+    one_of = f"One of a class, which member is not sure: {classes}." if classes else ""
     texts = {
-        TRACED: f"Traced: {names}.",
-        PARTLY: f"Partly traced: {names}; an undeclared remainder is left.",
-        UNDECLARED: f"Undeclared: {_shape(main)}.",
-        UNTOLD: f"{_certain(main)}Cannot be told: {'; '.join(' or '.join(f) for f in main.families)}.",
-        PARAMETERS: "Parameters only: the model holds with other numbers.",
-        NOTHING: "Nothing missing: what is left depends on none of the signals.",
+        Verdict.TRACED: f"Traced: {names}.",
+        Verdict.PARTLY: f"{certain}{one_of} A remainder is left: {rest}.{nearest}",
+        Verdict.ONE_OF_A_CLASS: f"{certain}{one_of}",
+        Verdict.UNDECLARED: f"Undeclared: {_shape(parts, rest)}.{nearest}",
+        Verdict.NOT_CONFIRMED: (
+            f"Not confirmed on the sealed part: {' and '.join(str(c.placed) for c in found)}; nothing is "
+            f"written as corrected. Left: {rest}."
+        ),
+        Verdict.UNEXPLAINED: f"Unexplained, not predictable: {rest}.",
+        Verdict.PARAMETERS: "Parameters only: the model holds with other numbers.",
+        Verdict.NOTHING: "Nothing missing: what is left depends on none of the signals.",
+        Verdict.SOFTWARE: "; ".join(str(p.software_fault) for p in parts if p.software_fault is not None),
     }
-    return texts[verdict(diagnosis)]
+    worse = [p.name for p in parts if sealed[p.name].is_refit_worse]
+    told = (
+        f" The nominal values fit the sealed part of {', '.join(worse)} better than the refit."
+        if worse
+        else ""
+    )
+    channels = "".join(f" {str(f)[0].upper()}{str(f)[1:]}." for p in parts for f in p.channel_faults)
+    failed = "".join(f" {name}: {own.failure}." for name, own in sealed.items() if own.failure)
+    unknown = "".join(f" {p.name}: {p.unknown}." for p in diagnosis.parts if p.unknown)
+    cut = "" if diagnosis.is_complete else " Stopped before all was tried: this is the best so far."
+    return " ".join(texts[kind].split()) + channels + _rows(diagnosis) + told + unknown + failed + cut
 
 
-def _certain(main: PartResult) -> str:
-    """Effects that are beyond doubt, where others are not."""
-    doubtful = {name for family in main.families for name in family}
-    names = [str(a) for a in main.chosen.effects if str(a) not in doubtful]
-    return f"Traced: {' and '.join(names)}. " if names else ""
+def _rows(diagnosis: Diagnosis) -> str:
+    """Inputs that are taken from another row than the FMUs' descriptions lead to."""
+    changed = {name: row for part in diagnosis.parts for name, row in part.changed_rows.items()}
+    if not changed:
+        return ""
+    listed_rows = ", ".join(f"{name} at the {row} of each step" for name, row in changed.items())
+    return f" Measured inputs one row off from what the FMU says: {listed_rows}."
+
+
+def _named(placed: PlacedEffect) -> str:
+    """An effect; what is added to the output of a sensor is a zero error of its channel."""
+    is_zero = placed.law.constant is not None and placed.slot == "output"
+    return f"{placed} (a zero error of the sensor)" if is_zero else str(placed)
+
+
+def _rest(parts: Sequence[PartResult]) -> str:
+    """What is left of the channels that are not explained."""
+    left = [c for p in parts for c in p.final.channels if not c.is_adequate]
+    left.sort(key=lambda c: -c.ratio)
+    return "; and ".join(shape(c) for c in left[:2]) or "nothing that the channels could tell"
+
+
+def _shape(parts: Sequence[PartResult], rest: str) -> str:
+    learned = [p.learned.shape for p in parts if p.learned is not None and p.learned.model == p.chosen]
+    told = "; ".join(learned)
+    before = "; ".join(shape(p.stages[0].worst) for p in parts if not p.stages[0].is_adequate)
+    return "; ".join(t for t in (told, before or rest) if t)
+
+
+def _nearest(parts: Sequence[PartResult], sealed: Mapping[str, SealedPart]) -> str:
+    """The best names that do not suffice, with what they explain and leave."""
+    texts = []
+    for p in parts:
+        own = sealed[p.name]
+        names = [c for c in claims(p, own) if c.status is Status.NEAREST]
+        if names:
+            ratio = p.final.worst.ratio
+            texts.append(
+                f" Nearest name: {' and '.join(str(c.placed) for c in names)}, explains "
+                f"{100.0 * own.explained_share:.0f} %, leaves {ratio:.3g} times the noise floor "
+                f"({names[0].why})."
+            )
+    return "".join(texts)
 
 
 def as_dict(diagnosis: Diagnosis, sealed: Mapping[str, SealedPart], files: list[str]) -> dict[str, Any]:
@@ -73,20 +117,31 @@ def as_dict(diagnosis: Diagnosis, sealed: Mapping[str, SealedPart], files: list[
     own = sealed[main.name]
     return {
         "name": diagnosis.loaded.case.name,
-        "verdict": verdict(diagnosis),
-        "sentence": sentence(diagnosis),
-        "effects": [e for p in diagnosis.parts for e in _effects(p)],
+        "verdict": verdict(diagnosis, sealed).value,
+        "sentence": sentence(diagnosis, sealed),
+        "complete": diagnosis.is_complete,
+        "effects": [e for p in diagnosis.parts for e in _effects(p, sealed[p.name])],
         "subsystem": subsystem(diagnosis),
+        "faults": [p.software_fault.as_dict() for p in diagnosis.parts if p.software_fault is not None],
         "before": _errors(sealed, "before"),
         "after": _errors(sealed, "after"),
         "nominal": _errors(sealed, "nominal"),
         "explained_share": own.explained_share,
-        "ceiling": _ceiling(main),
-        "runners_up": _runners_up(main),
+        "ceiling": _ceiling(main, own),
+        "channels": {c: v for p in diagnosis.parts for c, v in _channels(p).items()},
+        "runners_up": _runners_up(main, own),
+        "classes": _classes(main, own),
         "undistinguished": [
             {"family": list(f), "experiment": experiment(f)} for p in diagnosis.parts for f in p.families
         ],
         "parameters": {k: v for p in diagnosis.parts for k, v in _parameters(p).items()},
+        "input_rows": {
+            f"{fmu}.{variable}": given.row
+            for part in diagnosis.parts
+            for fmu, own in part.study.bench.part.inputs.items()
+            for variable, given in own.items()
+        },
+        "changed_rows": {name: row for p in diagnosis.parts for name, row in p.changed_rows.items()},
         "residual": {p.name: _residual(p) for p in diagnosis.parts},
         "files": files,
     }
@@ -97,8 +152,32 @@ def subsystem(diagnosis: Diagnosis) -> str | None:
     main = diagnosis.main
     if main.fmus:
         return main.fmus[0]
-    drifting = [p for p in diagnosis.parts if p.has_remainder or _is_unexplained(p)]
-    return drifting[0].name if drifting else None
+    faulty = [p for p in diagnosis.parts if p.software_fault is not None]
+    left = [p for p in diagnosis.parts if p.is_judged and not p.final.is_adequate]
+    return next((_likely_place(p) for p in (*faulty, *left)), None)
+
+
+def _likely_place(part: PartResult) -> str:
+    """
+    FMU of a part that what is left points to.
+
+    It is that of the slot whose law predicts about as much as anything does, else that of the slot whose
+    signal the best regressor follows, else that of the channel itself.
+    """
+    fmus = part.study.bench.part.fmus
+    if len(fmus) == 1 or not part.stages:
+        return part.name
+    worst = part.final.worst
+    best = worst.best
+    if best is not None and worst.is_predictable:
+        near = (p.law for p in worst.predictors if p.share.value > NEAR_BEST * best.share.value)
+        law = next((law for law in near if law is not None), None)
+        if law is not None:
+            return law.place.partition(".")[0]
+        for fmu in fmus:
+            if f" of {fmu}." in f" of {best.of}":
+                return fmu
+    return worst.signal.partition(".")[0]
 
 
 def experiment(family: tuple[str, ...]) -> str:
@@ -118,42 +197,119 @@ def _errors(sealed: Mapping[str, SealedPart], which: str) -> dict[str, Any]:
     }
 
 
-def _is_unexplained(part: PartResult) -> bool:
-    """A residual with structure, or parameters that drift, and no effect to show for it."""
-    if part.has_effect or part.is_exact:
-        return False
-    has_structure = part.ceiling_after is not None and part.ceiling_after.is_structure
-    return has_structure or any(d.p_equal < CLEARLY_DRIFTING for d in part.drifts)
-
-
-def _shape(part: PartResult) -> str:
-    if part.learned is not None:
-        return part.learned.shape
-    moving = [d for d in part.drifts if not d.is_constant]
-    if moving:
-        worst = min(moving, key=lambda d: d.p_equal)
-        return f"{worst.parameter} is not one number, it changes along {worst.along}"
-    return f"the residual of {part.name} depends on its signals"
-
-
-def _effects(part: PartResult) -> list[dict[str, Any]]:
+def _effects(part: PartResult, sealed: SealedPart) -> list[dict[str, Any]]:
+    """Effects with parameters, status, sealed gain, and what is left over the noise floor."""
     effects = []
-    for e in part.chosen.effects:
-        own = {e.short_name(k): float(v) for k, v in part.values.items() if e.owns(k)}
-        effects.append({"fmu": e.fmu, "slot": e.slot, "effect": e.effect, "parameters": own})
+    for claim in claims(part, sealed):
+        e = claim.placed
+        gain = sealed.gains.get(str(e))
+        effects.append(
+            {
+                "fmu": e.fmu,
+                "slot": e.slot,
+                "effect": e.effect,
+                "parameters": {e.short_name(k): float(v) for k, v in part.values.items() if e.owns(k)},
+                "status": claim.status.value,
+                "why": claim.why,
+                "sealed_gain": None if gain is None else gain.value,
+                "sealed_gain_interval": None if gain is None else list(gain.interval),
+                "left_over_floor": max(c.ratio for c in part.final.channels),
+            }
+        )
     return effects
 
 
-def _ceiling(part: PartResult) -> dict[str, float] | None:
-    if part.ceiling is None:
+def _ceiling(part: PartResult, sealed: SealedPart) -> dict[str, Any] | None:
+    """
+    What could be predicted of the residual of the refit, and what still can be after the effects.
+
+    The effects predict too: where they explain more than the regressors, the ceiling is theirs.
+    """
+    if not part.stages:
         return None
-    shares = {"share": part.ceiling.share, "error": part.ceiling.error}
-    if part.ceiling_after is not None:
-        shares |= {"share_after": part.ceiling_after.share, "error_after": part.ceiling_after.error}
-    return {k: float(v) for k, v in shares.items() if np.isfinite(v)}
+    first = part.stages[0].channels
+    share = float(np.mean([c.share.value for c in first]))
+    low, high = (float(np.mean([getattr(c.share.interval, end) for c in first])) for end in ("low", "high"))
+    explained = sealed.explained_share if part.has_effect else 0.0
+    last = part.final.channels
+    return {
+        "share": max(share, explained, 0.0),
+        "by_regressors": share,
+        "interval": [low, high],
+        "error": 0.25 * (high - low),
+        "share_after": float(np.mean([c.share.value for c in last])),
+        "error_after": float(np.mean([c.share.error for c in last])),
+    }
 
 
-def _runners_up(part: PartResult) -> list[dict[str, Any]]:
+def _channels(part: PartResult) -> dict[str, Any]:
+    """Adequacy of each compared channel along the stages."""
+    found = {}
+    for i, name in enumerate(part.outputs):
+        if not part.stages:
+            found[name] = {"exact": part.is_exact, "unknown": part.unknown, "stages": []}
+            continue
+        last = part.final.channels[i]
+        found[name] = {
+            "exact": False,
+            "noise_floor": last.floor.value,
+            "evidence": last.floor.evidence.value,
+            "noise_of_inputs": last.passed,
+            "adequate": last.is_adequate,
+            "colour": last.colour.words,
+            "events": list(last.events),
+            "faults": [
+                {"kind": f.kind, "value": f.value, "deviation": f.deviation, "text": str(f)}
+                for f in part.channel_faults
+                if f.signal == name
+            ],
+            "stages": [_stage(stage.name, stage.channels[i]) for stage in part.stages],
+        }
+    return found
+
+
+def _stage(name: str, c: Adequacy) -> dict[str, Any]:
+    return {
+        "model": name,
+        "rms": c.rms,
+        "over_floor": c.ratio,
+        "predictable_share": c.share.value,
+        "interval": list(c.share.interval),
+        "predictors": [
+            {"what": str(p), "share": p.share.value, "interval": list(p.share.interval)}
+            for p in c.predictors[:MOST_PREDICTORS]
+        ],
+    }
+
+
+def _classes(part: PartResult, sealed: SealedPart) -> list[dict[str, Any]]:
+    """Class of each round's winner, and what every member of it leaves on the sealed rows."""
+    found = []
+    for i, step in enumerate(() if part.search is None else part.search.rounds, start=1):
+        if not step.family:
+            continue
+        first = step.family[0].model.effects[-1]
+        members = [r for r in step.ranked if are_of_a_class(r.model.effects[-1], first) or r in step.family]
+        not_told = [r.name for r in step.family]
+        found.append(
+            {
+                "round": i,
+                "class": class_of(first.law),
+                "members": [
+                    {
+                        "effect": r.name,
+                        "gain": r.gain.mean,
+                        "sealed_rmse": sealed.rivals.get(r.name, {}),
+                        "cannot_be_told": r.name in not_told and len(not_told) > 1,
+                    }
+                    for r in members
+                ],
+            }
+        )
+    return found
+
+
+def _runners_up(part: PartResult, sealed: SealedPart) -> list[dict[str, Any]]:
     """Effects that were fitted and lost; where the answer has no name, the best of each round too."""
     rows = []
     for i, step in enumerate(() if part.search is None else part.search.rounds, start=1):
@@ -165,7 +321,10 @@ def _runners_up(part: PartResult) -> list[dict[str, Any]]:
             why = _why(r, winner, members)
             if r is winner:
                 why = REWRITTEN if part.is_named else UNNAMED
-            rows.append({"round": i, "effect": r.name, "gain": r.gain.mean, "why": why})
+            left = sealed.rivals.get(r.name, {})
+            rows.append(
+                {"round": i, "effect": r.name, "gain": r.gain.mean, "why": why, "sealed_rmse": dict(left)}
+            )
     return rows
 
 
@@ -215,5 +374,4 @@ def _residual(part: PartResult) -> dict[str, Any]:
             {"parameter": d.parameter, "p_equal": d.p_equal, "along": d.along, "slope": d.slope}
             for d in part.drifts
         ],
-        "ceiling": _ceiling(part),
     }

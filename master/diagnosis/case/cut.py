@@ -7,7 +7,7 @@ of a part points to its FMUs alone.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, NamedTuple
@@ -44,13 +44,20 @@ class CutPart:
     FMUs in the order in which they step, with what drives them and what they are compared with.
 
     `inputs`: FMU to variable to what was measured of it. `wired`: FMU to variable to the output
-    `instance.variable` that drives it. `compared`: output `instance.variable` to signal.
+    `instance.variable` that drives it. `compared`: output `instance.variable` to signal. `foreign`: FMUs of
+    which no model is known.
     """
 
     fmus: tuple[str, ...]
     inputs: Mapping[str, Mapping[str, MeasuredInput]]
     wired: Mapping[str, Mapping[str, str]]
     compared: Mapping[str, str]
+    foreign: frozenset[str] = frozenset()
+
+    @property
+    def begins_before_its_rows(self) -> bool:
+        """Whether the first row may be what a foreign FMU made of an input before the recording."""
+        return any(m.row == "start" for fmu in self.foreign for m in self.inputs[fmu].values())
 
     @property
     def columns(self) -> list[MeasuredInput]:
@@ -103,13 +110,14 @@ def cut(loaded: LoadedCase, progress: catalogue.Progress = catalogue.silent) -> 
     for signal, value in loaded.case.set.items():
         name, variable = SignalName(signal).parts
         values[name][variable] = parse(system.port(signal).variable, value)
+    foreign = {name for name, source in sources.items() if catalogue.is_path(source)}
     return CutSystem(
         config=config.config,
         folder=config.folder,
         sources=sources,
         values=values,
         descriptions={name: i.description for name, i in system.instances.items()},
-        parts=_parts(loaded, system, order),
+        parts=_parts(loaded, system, order, foreign),
     )
 
 
@@ -158,7 +166,9 @@ def _system(
     return system, sources, problems + faults_of_system
 
 
-def _parts(loaded: LoadedCase, system: System, order: list[str]) -> tuple[CutPart, ...]:
+def _parts(
+    loaded: LoadedCase, system: System, order: list[str], foreign: Collection[str]
+) -> tuple[CutPart, ...]:
     case = loaded.case
     group = {name: name for name in order}
     wires = [w for w in system.wires if w.target.name not in case.inputs]
@@ -177,7 +187,7 @@ def _parts(loaded: LoadedCase, system: System, order: list[str]) -> tuple[CutPar
             for name in members
         }
         compared = {k: s for k, s in case.compared.items() if SignalName(k).instance in members}
-        parts.append(CutPart(members, inputs, wired, compared))
+        parts.append(CutPart(members, inputs, wired, compared, frozenset(foreign) & set(members)))
     return tuple(parts)
 
 

@@ -1,16 +1,17 @@
-"""From a case to what each part lacks: localise, refit, detect, ceiling, rank, name or learn."""
+"""From a case to what each part lacks: localise, refit, judge, rank, name or learn, judge again."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 from types import TracebackType
 
 import numpy as np
 
+from master.diagnosis.adequacy.channels import Judge
 from master.diagnosis.case.case import Case, LoadedCase
-from master.diagnosis.case.cut import CutSystem
+from master.diagnosis.case.cut import CutPart, CutSystem
 from master.diagnosis.case.split import (
     Split,
     Stretch,
@@ -23,21 +24,32 @@ from master.diagnosis.data.measured_signals import opened
 from master.diagnosis.data.recordings import Recording
 from master.diagnosis.numerics.arrays import Mask
 from master.diagnosis.numerics.gains import gain
+from master.diagnosis.numerics.least_squares import Fit
 from master.diagnosis.replay.candidate_models import ModelPool, candidates
+from master.diagnosis.replay.placed_effect import PlacedEffect
 from master.diagnosis.replay.replay_bench import ReplayBench
+from master.diagnosis.search.deadline import Deadline, TimeIsUpError
 from master.diagnosis.search.extended_model import ExtendedModel
+from master.diagnosis.search.limits import named_by_limits
 from master.diagnosis.search.rounds import search
 from master.diagnosis.search.simplify import with_rewritings
 from master.diagnosis.search.study import Progress, base_parameters, begin
-from master.errors import ConfigError, DataError
+from master.errors import ConfigError, DataError, FmuError
+from master.text.signal_name import SignalName
 
+from .channel_faults import ChannelFault, channel_faults
 from .evidence import detect
+from .input_rows import changed_rows, is_better, other_rows
 from .named_or_learned import named_or_learned
+from .objections import objections
 from .part_result import PartResult
 from .plausible import implausible
 from .refit import refitted
+from .software_fault import is_software, software_fault, ticks_between_rows
+from .stages import REFIT, Stage
 
 N_BLOCKS = 12  # that select
+CONTRADICTING = ("sign", "size")  # faults of a channel that are told whatever explains them
 MOVED = 3.0  # standard deviations: a parameter that differs from the system's value
 LEAST_DEVIATION = 1e-12  # of the scale, where a fit is exact
 
@@ -56,6 +68,7 @@ class Diagnosis:
     parts: tuple[PartResult, ...]
     split: Split
     open_models: ExitStack = field(repr=False)
+    is_complete: bool = True
 
     def __enter__(self) -> Diagnosis:
         return self
@@ -67,7 +80,12 @@ class Diagnosis:
 
     @property
     def main(self) -> PartResult:
-        """The part with the effect that explains most of its residual; the first where there is none."""
+        """
+        The part with the effect that explains most of its residual.
+
+        Where there is none, the part of which most is left: of faulty software, then of what can be
+        predicted, then over the noise floor.
+        """
 
         def share(part: PartResult) -> float:
             if not part.has_effect:
@@ -79,32 +97,51 @@ class Diagnosis:
             )
             return float(np.log(base / own))
 
-        return max(self.parts, key=share)
+        if any(part.has_effect for part in self.parts):
+            return max(self.parts, key=share)
+        return max(self.parts, key=_what_is_left)
 
     def close(self) -> None:
         """Unload all FMUs."""
         self.open_models.close()
 
 
-def diagnose(loaded: LoadedCase, progress: Progress) -> Diagnosis:
+def _what_is_left(part: PartResult) -> tuple[bool, float, float]:
+    """How much speaks for a part as the one that lacks something."""
+    if not part.stages:
+        return (part.software_fault is not None, -1.0, 0.0)
+    worst = part.final.worst
+    share = worst.share.value if worst.is_predictable else 0.0
+    return (part.software_fault is not None, share, worst.ratio)
+
+
+def diagnose(loaded: LoadedCase, progress: Progress, deadline: Deadline | None = None) -> Diagnosis:
     """
     Study all parts of a case on the rows to fit on and to select by.
+
+    Args:
+        loaded: The case.
+        progress: Told what is being done.
+        deadline: When to stop searching and report the best so far.
 
     Raises:
         ConfigError: If the case, its system or its recordings are wrong.
     """
+    deadline = deadline or Deadline()
+    progress = deadline.watched(progress)
     system, recordings = opened(loaded, progress)
     split = split_of(loaded, recordings)
     with ExitStack() as stack:
         begun = []
         for part in system.parts:
-            pool = stack.enter_context(ModelPool(system, part))
-            begun.append(_begun(system, pool, recordings, split, loaded.case, progress))
+            begun.append(_with_best_rows(stack, system, part, recordings, split, loaded.case, progress))
         problems = implausible(loaded, begun)
         if problems:
             raise ConfigError(problems)
-        results = tuple(_searched(part, system, loaded.case) for part in begun)
-        return Diagnosis(loaded, system, recordings, results, split, stack.pop_all())
+        results = tuple(_searched(part, system, loaded.case, deadline) for part in begun)
+        return Diagnosis(
+            loaded, system, recordings, results, split, stack.pop_all(), is_complete=not deadline.has_stopped
+        )
 
 
 def split_of(loaded: LoadedCase, recordings: Mapping[str, Recording]) -> Split:
@@ -130,6 +167,35 @@ def split_of(loaded: LoadedCase, recordings: Mapping[str, Recording]) -> Split:
         raise ConfigError(f"{loaded.where('split')}: {line}" for line in str(error).splitlines()) from None
 
 
+def _with_best_rows(
+    stack: ExitStack,
+    system: CutSystem,
+    part: CutPart,
+    recordings: Mapping[str, Recording],
+    split: Split,
+    case: Case,
+    progress: Progress,
+) -> PartResult:
+    """Begin with the rows of the inputs that explain the part best; its models are closed with the stack."""
+
+    def begun(candidate: CutPart) -> PartResult:
+        pool = stack.enter_context(ModelPool(system, candidate))
+        return _begun(system, pool, recordings, split, case, progress)
+
+    best = begun(part)
+    others = () if best.is_exact else tuple(other_rows(system, part, case))
+    for other in others:
+        try:
+            found = begun(other)
+        except FmuError:  # an FMU that does not bear these rows
+            continue
+        if is_better(best, found, len(others)):
+            best = replace(found, changed_rows=changed_rows(part, other))
+        if best.is_exact:
+            break
+    return best
+
+
 def _begun(
     system: CutSystem,
     pool: ModelPool,
@@ -152,20 +218,75 @@ def _begun(
     return PartResult(study, nominal, fitted, ExtendedModel(), fitted, is_exact=study.is_exact)
 
 
-def _searched(begun: PartResult, system: CutSystem, case: Case) -> PartResult:
+def _searched(begun: PartResult, system: CutSystem, case: Case, deadline: Deadline) -> PartResult:
     """What one part lacks, if anything is left of it."""
     if begun.is_exact:
         return begun
     study = begun.study
+    faster = ticks_between_rows(study)
+    if faster:
+        names = " and ".join(faster)
+        why = f"{names} ticks between the rows of the recording, and what drove it there is not known"
+        return replace(begun, unknown=why)
+    if is_software(study):
+        fault = software_fault(study, begun.base.values, begun.base.predicted)
+        if fault is not None and fault.is_exact:
+            judge = Judge(study, begun.base.values, begun.base.predicted)
+            refit = Stage(REFIT, judge.judge(begun.base.predicted, thorough=False))
+            return replace(begun, stages=(refit,), software_fault=fault)
+        begun = replace(begun, software_fault=fault)
     effects = candidates(system, study.bench.part, case.slots)
-    result = detect(begun)
+    study.say("what is left, and what still predicts it")
+    judge = Judge(study, begun.base.values, begun.base.predicted)
+    refit = Stage(REFIT, judge.judge(begun.base.predicted))
+    result = replace(detect(begun), stages=(refit,))
     if effects:
-        places = sorted({e.place for e in effects})
-        named = with_rewritings(study, search(study, begun.base, effects), effects)
-        result = named_or_learned(result, named, places)
-    elif result.ceiling is not None and result.ceiling.is_structure:
-        result = replace(result, has_remainder=True)
-    return refitted(_parameters(result))
+        deadline.arm()
+        result = _explained(result, effects, judge)
+        deadline.disarm()
+    result = refitted(_parameters(result))
+    if result.has_effect:
+        study.say("what is left after the effects")
+        final = Stage(result.chosen.name, judge.judge(result.fit.predicted))
+        result = replace(result, stages=(*result.stages, final))
+    against = objections(result)
+    return replace(result, channel_faults=tuple(_channel_faults(result)), objections=against)
+
+
+def _explained(result: PartResult, effects: Sequence[PlacedEffect], judge: Judge) -> PartResult:
+    """Names for what is left, or a law without one; the best so far where the time is up."""
+    study = result.study
+    places = sorted({e.place for e in effects})
+
+    def is_adequate(fitted: Fit) -> bool:
+        return all(c.is_silent for c in judge.judge(fitted.predicted, thorough=False))
+
+    named = search(study, result.base, effects, is_adequate=is_adequate)
+    result = replace(result, search=named, chosen=named.model, fit=named.fit)
+    try:
+        named = named_by_limits(study, with_rewritings(study, named, effects), effects)
+        return named_or_learned(result, named, places, judge)
+    except TimeIsUpError:
+        return result
+
+
+def _channel_faults(result: PartResult) -> Iterator[ChannelFault]:
+    """Faults of the channels: of the nominal model what contradicts it, of the last one what it leaves."""
+    bench = result.study.bench
+    for i, signal in enumerate(result.outputs):
+        fmu, variable = SignalName(signal).parts
+        unit = result.study.system.descriptions[fmu].by_name[variable].unit_name
+        known = set()
+        for predicted in (result.fit.predicted, result.base.predicted, result.nominal):
+            rows = bench.in_use
+            found = channel_faults(
+                signal, result.measured[rows, i], predicted[rows, i], bench.row_period, unit
+            )
+            for fault in found:
+                is_last = predicted is result.fit.predicted
+                if fault.kind not in known and (is_last or fault.kind in CONTRADICTING):
+                    known.add(fault.kind)
+                    yield fault
 
 
 def _parameters(result: PartResult) -> PartResult:

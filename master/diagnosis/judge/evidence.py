@@ -1,15 +1,12 @@
-"""Evidence in the residual of the base: correlations, ceiling, parameters that drift. It is reported."""
+"""Evidence in the residual of the base: correlations, parameters that drift. It is reported."""
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
 
 from master.diagnosis.numerics.arrays import TINY, Array
-from master.diagnosis.numerics.ceiling import Ceiling, ceiling, history
 from master.diagnosis.numerics.drift import Drift, drift
 from master.diagnosis.numerics.least_squares import Fit
 from master.diagnosis.numerics.whiteness import cross_correlations, ljung_box, variance_inflation
@@ -19,9 +16,7 @@ from master.diagnosis.search.tangent import Tangent
 
 from .part_result import PartResult
 
-N_GROUPS = 8  # of rows, in time order: for the ceiling, and for parameters that drift
-LAGS = (0.01, 0.03, 0.1)  # s
-GUARD = 0.1  # s
+N_GROUPS = 8  # of rows, in time order, for parameters that drift
 N_CORRELATIONS = 10
 SAME_SIGNAL = 0.9999  # correlation of two signals that are one
 
@@ -46,7 +41,6 @@ def detect(result: PartResult) -> PartResult:
         result,
         correlations=tuple(correlations[:N_CORRELATIONS]),
         whiteness=ljung_box(left[rows, worst]),
-        ceiling=ceiling_of(study, left[:, worst], features),
         drifts=drifts(study, ExtendedModel(), result.base),
     )
 
@@ -79,22 +73,6 @@ def features_of(study: Study) -> dict[str, Array]:
 
 def _alike(a: Array, b: Array) -> bool:
     return bool(abs(np.corrcoef(a, b)[0, 1]) > SAME_SIGNAL)
-
-
-def ceiling_of(study: Study, left: Array, features: Mapping[str, Array]) -> Ceiling | None:
-    """How much of a residual (rows,) any law of the slots' signals could explain; None without signals."""
-    if not features:
-        return None
-    lags = [max(1, round(lag / study.bench.row_period)) for lag in LAGS]
-    is_open = study.fit_rows.copy()
-    for block in study.held_out:
-        is_open[block] = True
-    use = study.bench.in_use & is_open
-    n = int(use.sum())
-    edges = [n * i // N_GROUPS for i in range(N_GROUPS + 1)]
-    groups = [slice(a, b) for a, b in itertools.pairwise(edges)]
-    guard = round(GUARD / study.bench.row_period)
-    return ceiling(left[use], history(features, lags)[use], groups, guard=guard)
 
 
 def drifts(study: Study, model: ExtendedModel, fitted: Fit) -> tuple[Drift, ...]:

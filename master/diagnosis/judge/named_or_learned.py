@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from master.diagnosis.adequacy.channels import Judge
 from master.diagnosis.numerics.arrays import TINY
 from master.diagnosis.numerics.gains import is_accepted
 from master.diagnosis.numerics.least_squares import Fit
@@ -22,8 +23,8 @@ from master.diagnosis.search.rounds import SearchResult
 from master.diagnosis.search.study import Study
 from master.diagnosis.unnamed_law.learn import LearnedLaw, learn
 
-from .evidence import ceiling_of, features_of, worst_output
 from .part_result import PartResult
+from .stages import Stage
 
 SMALL_REMAINDER = 0.05  # share of the explained power that is no remainder
 NAMED_SHARE = 0.8  # share that names must explain to hold against a law alone
@@ -77,25 +78,34 @@ class Rivals:
         return float(self.study.powers(fit.predicted).mean())
 
 
-def named_or_learned(result: PartResult, search: SearchResult, places: Sequence[str]) -> PartResult:
-    """Keep the names, add a nonparametric law to them, or put one in their place."""
+def named_or_learned(
+    result: PartResult, search: SearchResult, places: Sequence[str], judge: Judge
+) -> PartResult:
+    """
+    Keep the names, add a nonparametric law to them, or put one in their place.
+
+    Where nothing recorded predicts what is left, no law is sought: there is none to be found.
+    """
     study = result.study
     if not search.model.effects:
-        law = _alone(study, search.base, places)
         result = replace(result, search=search)
+        if all(c.is_silent for c in result.final.channels):
+            return result
+        law = _alone(study, search.base, places)
         return result if law is None else _undeclared(result, law)
+    named = Stage(search.model.name, judge.judge(search.fit.predicted, thorough=False))
+    if all(c.is_silent for c in named.channels):
+        return replace(result, search=search, chosen=search.model, fit=search.fit)
     in_addition = _accepted(learn(study, search.model, search.fit, places))
     alone = None
     if in_addition is not None or _is_crowded(search) or _leaves_much(study, search):
         alone = _alone(study, search.base, places)
     rivals = Rivals(study, search, alone, in_addition)
-    left = study.measured - search.fit.predicted
-    after = ceiling_of(study, left[:, worst_output(study)], features_of(study))
     is_steady = in_addition is not None and is_accepted(in_addition.gain, in_addition.n_tried, is_first=False)
     has_remainder = is_steady and 1.0 - rivals.named_share > SMALL_REMAINDER
-    if has_remainder or (after is not None and after.is_structure):
+    if has_remainder or named.is_predictable:
         search = search.widened(study)
-    result = replace(result, search=search, chosen=search.model, fit=search.fit, ceiling_after=after)
+    result = replace(result, search=search, chosen=search.model, fit=search.fit)
     if alone is not None and rivals.alone_wins:
         return _undeclared(result, alone)
     if in_addition is None or not has_remainder:

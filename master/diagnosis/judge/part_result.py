@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from master.diagnosis.numerics.arrays import Array, Mask
-from master.diagnosis.numerics.ceiling import Ceiling
 from master.diagnosis.numerics.drift import Drift
 from master.diagnosis.numerics.least_squares import Fit
 from master.diagnosis.numerics.whiteness import Correlation
@@ -14,6 +13,18 @@ from master.diagnosis.search.extended_model import ExtendedModel
 from master.diagnosis.search.rounds import SearchResult
 from master.diagnosis.search.study import Study
 from master.diagnosis.unnamed_law.learn import LearnedLaw
+
+from .channel_faults import ChannelFault
+from .software_fault import SoftwareFault
+from .stages import Stage
+
+
+@dataclass(frozen=True)
+class WithoutEffect:
+    """A model that lacks one of several effects, fitted on the same rows."""
+
+    model: ExtendedModel
+    fit: Fit
 
 
 @dataclass(frozen=True)
@@ -23,7 +34,10 @@ class PartResult:
 
     `nominal` is the prediction with the values of the system, shape (rows, outputs). `chosen` and `fit` are
     the model with effects, also where they are not named; `is_named` says whether the effects carry their
-    names. `is_exact`: the replay gives the measurement but for rounding.
+    names. `is_exact`: the replay gives the measurement but for rounding. `unknown` says why nothing can be
+    told of the part. `changed_rows`: inputs that are taken from another row than the FMU's description
+    leads to, with that row. `stages` judge the refit and each model after it. `objections` say by effect what
+    forbids to call it traced. `without` holds, by effect, the model that lacks it alone, fitted again.
     """
 
     study: Study
@@ -32,17 +46,22 @@ class PartResult:
     chosen: ExtendedModel
     fit: Fit
     is_exact: bool = False
+    unknown: str = ""
     is_named: bool = True
     has_remainder: bool = False
     search: SearchResult | None = None
     learned: LearnedLaw | None = None
-    ceiling: Ceiling | None = None
-    ceiling_after: Ceiling | None = None
+    stages: tuple[Stage, ...] = ()
+    software_fault: SoftwareFault | None = None
+    objections: Mapping[str, str] = field(default_factory=dict)
+    channel_faults: tuple[ChannelFault, ...] = ()
+    without: Mapping[str, WithoutEffect] = field(default_factory=dict)
     correlations: tuple[Correlation, ...] = ()
     whiteness: float = 1.0
     drifts: tuple[Drift, ...] = ()
     moved: Mapping[str, float] = field(default_factory=dict)
     parameter_gain: bool = False
+    changed_rows: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def name(self) -> str:
@@ -83,6 +102,16 @@ class PartResult:
     def has_effect(self) -> bool:
         """Whether an effect is claimed, with a name or without."""
         return bool(self.chosen.effects)
+
+    @property
+    def is_judged(self) -> bool:
+        """Whether something may be said of what is left: it is no rounding, and its inputs are known."""
+        return not self.is_exact and not self.unknown
+
+    @property
+    def final(self) -> Stage:
+        """The last stage."""
+        return self.stages[-1]
 
     @property
     def families(self) -> list[tuple[str, ...]]:

@@ -9,10 +9,10 @@ import numpy as np
 from master.diagnosis.numerics.arrays import Mask
 from master.diagnosis.numerics.least_squares import Fit
 from master.diagnosis.search.extended_model import ExtendedModel
-from master.diagnosis.search.study import OF_ANSWER, Study
+from master.diagnosis.search.study import OF_ANSWER, QUICK, Study
 from master.diagnosis.unnamed_law.learn import relearned
 
-from .part_result import PartResult
+from .part_result import PartResult, WithoutEffect
 
 
 def refitted(result: PartResult) -> PartResult:
@@ -23,15 +23,17 @@ def refitted(result: PartResult) -> PartResult:
     were held out; sealed rows stay sealed, and so do recordings that only select: they differ on purpose.
     """
     study = replace(result.study, fit_rows=open_rows(result.study))
-    if result.is_exact or np.array_equal(study.fit_rows, result.study.fit_rows):
+    if result.is_exact:
         return result
+    if np.array_equal(study.fit_rows, result.study.fit_rows):
+        return replace(result, without=_without(study, result.chosen, result.fit, result.base))
     study.say("last fit")
     base = _again(study, ExtendedModel(), result.base)
     if result.learned is not None and result.learned.model == result.chosen:
         fit = relearned(study, result.learned, result.fit)
     else:
         fit = _again(study, result.chosen, result.fit) if result.has_effect else base
-    return replace(result, base=base, fit=fit)
+    return replace(result, base=base, fit=fit, without=_without(study, result.chosen, fit, base))
 
 
 def open_rows(study: Study) -> Mask:
@@ -45,6 +47,18 @@ def open_rows(study: Study) -> Mask:
             begin = bench.begin(recording)
             rows[begin : begin + length] = False
     return rows
+
+
+def _without(study: Study, chosen: ExtendedModel, fit: Fit, base: Fit) -> dict[str, WithoutEffect]:
+    """Each effect's share is judged against the model that lacks it alone."""
+    if len(chosen.effects) == 1:
+        return {str(chosen.effects[0]): WithoutEffect(ExtendedModel(), base)}
+    found = {}
+    for placed in chosen.effects:
+        less = chosen.without(placed)
+        study.build([less.effects])
+        found[str(placed)] = WithoutEffect(less, study.fitted(less, [fit.values], QUICK))
+    return found
 
 
 def _again(study: Study, model: ExtendedModel, before: Fit) -> Fit:

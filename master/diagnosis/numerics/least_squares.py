@@ -6,7 +6,7 @@ Bounded least squares on the output error, from several starts, with the uncerta
 Sensitivities that the caller already knows are used for the first few steps: where a model is nearly linear
 in a parameter, finding them again in every step costs replays and gains nothing.
 
-Source: Ljung, System Identification (1999), Secs. 7.2 (output error), 9.2 (covariance).
+Source: Ljung, System Identification (1999), Sec. 7.2 (output error).
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from .arrays import Array, Mask
+from .deviations import sandwich
 
 Simulate = Callable[[Array], Array]
 
@@ -195,9 +196,10 @@ class _Problem:
     def result(self, unknowns: Array, jacobian: Array, cost: float) -> Fit:
         theta = unknowns * self.scale
         names = [p.name for p in self.candidate.parameters]
-        n = int(self.rows.sum()) * self.measured.shape[1]
-        variance = 2.0 * cost / max(1, n - len(theta))
-        covariance = np.linalg.pinv(jacobian.T @ jacobian) * variance
+        covariance = np.zeros((0, 0))
+        if len(theta):
+            n_priors = int(np.isfinite(self.spread).sum())
+            covariance = sandwich(jacobian, self.residual(unknowns), self.measured.shape[1], n_priors)
         deviations = np.sqrt(np.maximum(np.diag(covariance), 0.0)) * self.scale
         limits = zip(names, unknowns, *self.bounds, strict=True)
         at_bound = [name for name, v, low, high in limits if v - low < AT_BOUND or high - v < AT_BOUND]

@@ -15,6 +15,7 @@ from master import catalogue
 from master.diagnosis.case.cut import CutPart, CutSystem
 from master.errors import ConfigError
 from master.fmi.description_reader import read_description
+from master.fmi.structure import with_structure
 from master.process.workers import workers
 from master.text.signal_name import SignalName
 
@@ -115,7 +116,7 @@ def links(system: CutSystem, part: CutPart, files: Mapping[str, Path]) -> list[L
     """Make the chain of a part from FMU files: it reads what is compared, what wires need, and the states."""
     chain = []
     for fmu in part.fmus:
-        description = read_description(files[fmu])
+        description = with_structure(read_description(files[fmu]), system.values[fmu])
         compared = [SignalName(key) for key in part.compared]
         sources = [SignalName(source) for wires in part.wired.values() for source in wires.values()]
         read = [signal.variable for signal in (*compared, *sources) if signal.instance == fmu]

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
@@ -104,6 +105,19 @@ class ReplayBench:
             played = self._play(player, self._with_starts(player, values, s), s)
             outputs[s.recording][s.begin : s.end] = played[: len(s), places]
         return outputs
+
+    def with_inputs(self, change: Callable[[Array], Array]) -> ReplayBench:
+        """Return the same with other inputs: `change` takes and returns a table (steps + 1, columns)."""
+        other = copy(self)
+        other.data = {name: np.ascontiguousarray(change(table)) for name, table in self.data.items()}
+        return other
+
+    def with_noise(self, deviations: Sequence[float], seed: int) -> ReplayBench:
+        """Return the same with white noise on the measured inputs, one deviation a column."""
+        rng = np.random.default_rng(seed)
+        return self.with_inputs(
+            lambda table: table + rng.standard_normal(table.shape) * np.asarray(deviations)
+        )
 
     def starts_of(self, player: Player) -> list[str]:
         """Start values that a fit can find: it sees one recording, without windows."""
@@ -212,7 +226,8 @@ class ReplayBench:
         return np.concatenate([values[name] for name in self.recordings])
 
     def _in_use(self) -> Mask:
-        settle = round(self.options.settle / self.period)
+        unknown = 1 if self.part.begins_before_its_rows else 0
+        settle = max(round(self.options.settle / self.period), unknown)
         used = {name: np.ones(len(r)) for name, r in self.recordings.items()}
         for s in self.segments:
             used[s.recording][s.begin : s.begin + settle] = 0.0

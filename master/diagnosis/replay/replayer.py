@@ -153,8 +153,7 @@ class Player:
 
     def _initialise(self, values: Mapping[str, Mapping[str, float | str]], row: Array, t0: float) -> None:
         if not self._is_fresh:
-            for slave in self._slaves.values():
-                slave.reset()
+            self._reset()
         self._is_fresh = False
         instances = {
             name: replace(instance, start=values.get(name, {}))
@@ -164,6 +163,16 @@ class Player:
         given = {name: float(row[column]) for name, column in self._measured.items()}
         initialise(system, self._schedule, self._slaves, t0, given=given)
         read_initial_values(system, self._slaves, self._program, self._read)
+
+    def _reset(self) -> None:
+        try:
+            for slave in self._slaves.values():
+                slave.reset()
+        except FmuError as error:  # not every FMU can be reset: then it is loaded again
+            self.failure = ReplayFailure(error.instance, error.status, str(error), 0)
+            self.close()
+            self.failure = None
+            self._load()
 
     def _note(self, ended: Execution, time: float, every: int) -> None:
         """Keep why the replay ended, or which signal is not finite."""

@@ -53,7 +53,7 @@ def slot_signals(
             driven = bench.part.inputs[fmu].items()
             signals |= {f"{fmu}.{name}": {"value": bench.signal(m.signal)} for name, m in driven}
             continue
-        inputs = _inputs(bench, fmu, model, replayed)
+        inputs = _inputs(bench, fmu, model, replayed, values[fmu])
         calls: Calls = {}
         if (model.slots and model.n_continuous) or not model.group(Role.STATE):
             states = {SignalName(k).variable: v for k, v in replayed.items() if k.startswith(f"{fmu}.")}
@@ -86,6 +86,8 @@ def _by_role(fmu: str, model: Model, calls: Calls, n: int) -> Signals:
     slots = {s.name: s for s in all_slots(model)}
     signals: Signals = {}
     for name, given in calls.items():
+        if name not in slots:  # an element of an array that is an input
+            continue
         by_role = {"value": given["value"]}
         by_role |= {role: given[signal] for role, signal in roles(slots[name]).items()}
         signals[f"{fmu}.{name}"] = {
@@ -94,9 +96,12 @@ def _by_role(fmu: str, model: Model, calls: Calls, n: int) -> Signals:
     return signals
 
 
-def _inputs(bench: ReplayBench, fmu: str, model: Model, replayed: Mapping[str, Array]) -> dict[str, Array]:
-    """Each input of a model over all samples: as measured, as wired, or zero."""
+def _inputs(
+    bench: ReplayBench, fmu: str, model: Model, replayed: Mapping[str, Array], values: Mapping[str, Any]
+) -> dict[str, Array]:
+    """Each input of a model over all samples: as measured, as wired, or the value it keeps."""
     inputs = {}
+    starts = {v.name: v.start for v in model.group(Role.INPUT)}
     for name in model.inputs.names:
         measured = bench.part.inputs[fmu].get(name)
         wire = bench.part.wired[fmu].get(name)
@@ -105,7 +110,7 @@ def _inputs(bench: ReplayBench, fmu: str, model: Model, replayed: Mapping[str, A
         elif wire:
             inputs[name] = replayed[wire]
         else:
-            inputs[name] = np.zeros(len(bench.times))
+            inputs[name] = np.full(len(bench.times), float(values.get(name, starts[name])))
     return inputs
 
 

@@ -6,7 +6,7 @@ What is indistinguishable from the winner is its family; the next effect may dec
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -14,11 +14,12 @@ from master.diagnosis.numerics.gains import is_accepted
 from master.diagnosis.numerics.least_squares import Fit
 from master.diagnosis.replay.placed_effect import PlacedEffect
 
+from .classes import are_of_a_class
+from .deadline import TimeIsUpError
 from .extended_model import ExtendedModel
 from .families import (
     NEAR,
     Ranked,
-    act_alike,
     best_first,
     contains,
     family,
@@ -98,13 +99,55 @@ class _Branch(NamedTuple):
 
 
 def search(
-    study: Study, base: Fit, candidates: Sequence[PlacedEffect], at_most: int = AT_MOST
+    study: Study,
+    base: Fit,
+    candidates: Sequence[PlacedEffect],
+    at_most: int = AT_MOST,
+    is_adequate: Callable[[Fit], bool] = lambda _: False,
 ) -> SearchResult:
-    """Add effects one after the other until none is accepted."""
-    present = _Fitted(ExtendedModel(), base)
-    rounds: list[Round] = []
+    """
+    Add effects one after the other until none is accepted.
+
+    Args:
+        study: The part.
+        base: Its fit without effects.
+        candidates: Effects in their slots.
+        at_most: Number of effects.
+        is_adequate: Whether nothing that is left can be predicted: no more effects are looked for then.
+    """
+    so_far = _SoFar(_Fitted(ExtendedModel(), base), [])
+    try:
+        _add(study, base, candidates, at_most, is_adequate, so_far)
+    except TimeIsUpError:
+        study.say("the time is up, the best so far is kept")
+    present = so_far.present
+    fitted = present.fit
+    if present.model.effects:
+        fitted = study.fitted(present.model, [present.fit.values], PRECISE)
+    return SearchResult(base, present.model, fitted, tuple(so_far.rounds))
+
+
+@dataclass
+class _SoFar:
+    """Where a search is: the model with its fit, and the rounds that led to it."""
+
+    present: _Fitted
+    rounds: list[Round]
+
+
+def _add(
+    study: Study,
+    base: Fit,
+    candidates: Sequence[PlacedEffect],
+    at_most: int,
+    is_adequate: Callable[[Fit], bool],
+    so_far: _SoFar,
+) -> None:
+    """Do the rounds of a search."""
+    rounds = so_far.rounds
     ahead: Round | None = None
     while len(rounds) < at_most:
+        present = so_far.present
         step = ahead or _step(study, present, candidates)
         ahead = None
         is_last = len(rounds) + 1 == at_most
@@ -117,7 +160,7 @@ def search(
         if step.family and present.model.effects:
             again = study.fitted(present.model, [step.family[0].gain.fit.values], PRECISE)
             if again.cost < (1.0 - FALLS) * present.fit.cost:  # the effects before were not at their best
-                present = _Fitted(present.model.started_at(again.values), again)
+                so_far.present = _Fitted(present.model.started_at(again.values), again)
                 ahead = None
                 continue
         rounds.append(step)
@@ -125,13 +168,12 @@ def search(
             break
         winner = step.family[0]
         chosen = winner.model.started_at(winner.gain.fit.values)
-        present = _pruned(study, _Fitted(chosen, winner.gain.fit))
-        if present.model.effects != chosen.effects:
+        so_far.present = _Fitted(chosen, winner.gain.fit)
+        so_far.present = _pruned(study, so_far.present)
+        if so_far.present.model.effects != chosen.effects:
             ahead = None
-    fitted = present.fit
-    if present.model.effects:
-        fitted = study.fitted(present.model, [present.fit.values], PRECISE)
-    return SearchResult(base, present.model, fitted, tuple(rounds))
+        if len(step.family) == 1 and is_adequate(so_far.present.fit):
+            break
 
 
 def _most_of_the_rest(step: Round) -> Round:
@@ -197,11 +239,14 @@ def _pruned(study: Study, present: _Fitted) -> _Fitted:
 
 
 def _shortlist(tried: Sequence[Screened]) -> list[Screened]:
-    """The most promising; with one that acts like a lag all that do in its slot."""
+    """The most promising, and all members of the class of the best in its slot."""
     best = tried[0].gain if tried else 0.0
     least = max(SMALLEST_PROMISE, SMALLEST_OF_BEST * best)
     kept = [s for i, s in enumerate(tried[:LONGEST_LIST]) if s.gain >= least or i < FEWEST]
-    return kept + [s for s in tried if s not in kept and act_alike(s.model, tried[0].model)]
+    if not tried or best < SMALLEST_PROMISE:
+        return kept
+    first = tried[0].model.effects[-1]
+    return kept + [s for s in tried if s not in kept and are_of_a_class(s.model.effects[-1], first)]
 
 
 def _round(study: Study, before: Fit, promising: Sequence[Screened], n_tried: int) -> Round:

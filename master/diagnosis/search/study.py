@@ -112,6 +112,30 @@ class Study:
         """The same at all samples by recording; see `ReplayBench.replayed`."""
         return self.bench.replayed(self.pool.player(effects), self.values_with(values))
 
+    def replayed_with_noise(
+        self, values: Mapping[str, float], deviations: Sequence[float], n_draws: int
+    ) -> Array:
+        """
+        Changes of the base's prediction under white noise on what drives the part.
+
+        Args:
+            values: Of the base, by `fmu.variable`.
+            deviations: Of the noise on each measured input, in the order of the part's columns.
+            n_draws: Number of replays.
+
+        Returns:
+            Shape (draws, rows, outputs).
+        """
+        player = self.pool.player(())
+        given = self.values_with(values)
+        quiet = self.bench.predict(player, given)
+        return np.stack(
+            [
+                self.bench.with_noise(deviations, seed).predict(player, given) - quiet
+                for seed in range(1, n_draws + 1)
+            ]
+        )
+
     def candidate(
         self,
         model: ExtendedModel,

@@ -25,7 +25,7 @@ from master.diagnosis.search.extended_model import ExtendedModel
 from master.diagnosis.search.injection import Injection
 from master.diagnosis.search.study import Study
 
-from .describe import describe
+from .describe import describe, shows_memory
 from .fit import Descent, Promise, penalty_matrix, sensitivities
 from .shapes import Law, laws
 
@@ -44,11 +44,12 @@ class LearnedLaw:
     gain: Gain
     promise: Promise
     n_tried: int
+    memory_shown: bool = True
 
     @property
     def shape(self) -> str:
         """The law in words."""
-        return describe(self.model.effects[-1], self.fit.values)
+        return describe(self.model.effects[-1], self.fit.values, memory_shown=self.memory_shown)
 
     @property
     def fit(self) -> Fit:
@@ -114,7 +115,8 @@ def _fitted(task: _Task, promise: Promise, n_tried: int) -> LearnedLaw:
     best: LearnedLaw | None = None
     while True:
         fitted = Descent(study, model, promise).fit(task.fit if best is None else best.fit)
-        own = LearnedLaw(model, study.gain(task.reference, fitted), promise, n_tried)
+        shown = shows_memory(study.signals[promise.law.placed.place])
+        own = LearnedLaw(model, study.gain(task.reference, fitted), promise, n_tried, shown)
         if best is not None and own.gain.mean < best.gain.mean + BETTER:
             return best
         best = own

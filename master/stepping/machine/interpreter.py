@@ -15,7 +15,7 @@ from master.fmi.value_types import FLOAT64
 from master.process import position as cell
 
 from .fmu_step import ANSWERS, RESTORED, SAVED, STEPPED, copy, feed, record, step_fmu
-from .operations import ENDED_WITHIN, channel, close_loop, extrapolate, is_bad, mapped
+from .operations import ENDED_WITHIN, NO_STATE, channel, close_loop, extrapolate, is_bad, mapped
 from .program import (
     CHECK,
     COLLECT,
@@ -131,7 +131,10 @@ def _save_or_restore(memory: Memory, code: int, slave: int, function: int, posit
     store(position, SLAVE, FLOAT64, float(slave))
     store(position, PHASE, FLOAT64, SAVING if code == SAVE else RESTORING)
     argument = memory.states.ctypes.data + 8 * slave if code == SAVE else memory.states[slave]
-    return calls.state(function, memory.slaves[slave, 0], argument)
+    status = calls.state(function, memory.slaves[slave, 0], argument)
+    if code == SAVE and not is_bad(status) and memory.states[slave] == 0:
+        return NO_STATE
+    return status
 
 
 @inner

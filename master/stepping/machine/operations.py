@@ -43,9 +43,10 @@ class Deviation(IntEnum):
     MISFIT = (1 << 32) + 3
     NO_TIME = (1 << 32) + 4
     TOO_MANY_RETURNS = (1 << 32) + 5
+    NO_STATE = (1 << 32) + 6
 
 
-STOOD_STILL, WANTED_EVENTS, ENDED_WITHIN, MISFIT, NO_TIME, TOO_MANY_RETURNS = map(int, Deviation)
+STOOD_STILL, WANTED_EVENTS, ENDED_WITHIN, MISFIT, NO_TIME, TOO_MANY_RETURNS, NO_STATE = map(int, Deviation)
 MOST_RETURNS = 10**6  # early returns from one step; more would look as if the run had stopped
 
 _MULTIPLIER, _MODULUS = 48271, 2147483647

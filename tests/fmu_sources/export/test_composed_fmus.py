@@ -26,7 +26,7 @@ def python(name):
     return build_python(load(name), *modules(name))
 
 
-@pytest.mark.parametrize("build", [native, python])
+@pytest.mark.parametrize("build", [pytest.param(native, marks=pytest.mark.long), python])
 def test_a_command_past_a_stop_is_refused_in_both_flavours(build, tmp_path):
     path = tmp_path / "simulator.fmu"
     path.write_bytes(build(NAME))

@@ -70,7 +70,7 @@ def test_energy_of_ten_seconds_of_free_motion_is_kept_with_order_4():
     assert math.log2(coarse / fine) == pytest.approx(4.0, abs=0.3)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_energy_of_ten_seconds_on_elastic_legs_is_kept():
     pose, twist = (0.05, 0.02, 0.0, 0.05, 0.05, 0.05), tuple(5 * v for v in FREE_TWIST)
     coarse, fine = (drift(pose, twist, h, stiffness=2e5) for h in (1e-3, 0.5e-3))

@@ -118,7 +118,7 @@ def test_cascade_gives_the_recorded_voltage(data):
     assert np.std(found - record["vir"][2:3000]) < 6e-3
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_closed_loop_follows_the_recorded_position(data):
     record = load(data, "DATA_EMPS")
     model = with_effect(servo_axis.MODEL, "friction", effect("coulomb"), starts={"level": 20.4})

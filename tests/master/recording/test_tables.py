@@ -116,12 +116,31 @@ def test_columns_of_complex_numbers_are_refused(tmp_path):
     ]
 
 
-@pytest.mark.parametrize("cell", ["1_000", "\u0661", "1,5", "true"])
+@pytest.mark.parametrize("cell", ["1_000", "\u0661", "1,5", "true", "0x1F"])
 def test_a_cell_of_a_csv_that_is_no_plain_number_is_a_fault(cell, tmp_path):
     path = tmp_path / "cells.csv"
     path.write_text(f't\n0\n"{cell}"\n', encoding="utf-8")
 
     assert read_table(path).faults["t"] == [f"{path}: row 3, column 't': got {cell!r}, expected a number"]
+
+
+@pytest.mark.parametrize("value", ["4", "word"])
+def test_blank_lines_of_a_csv_are_no_rows(value, tmp_path):
+    path = tmp_path / "blank.csv"
+    path.write_text(f"t,F\n0,1\n\n1,{value}\n\n")
+    table = read_table(path)
+
+    assert table.columns["t"].tolist() == [0.0, 1.0]
+    assert table.faults.get("F", []) == (
+        [] if value == "4" else [f"{path}: row 4, column 'F': got 'word', expected a number"]
+    )
+
+
+def test_integers_of_a_csv_are_rounded_once(tmp_path):
+    path = tmp_path / "large.csv"
+    path.write_text("t\n9007199254740993\n99999999999999999999\n")
+
+    assert read_table(path).columns["t"].tolist() == [9007199254740992.0, 1e20]
 
 
 def test_a_csv_with_nul_bytes_or_a_huge_cell_is_refused(tmp_path):

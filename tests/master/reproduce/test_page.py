@@ -29,10 +29,10 @@ ROWS = [
 ORDERS = [Ordered("the order", 20, ("a.x -> b.u",), 2.0, -0.1, 0.005, 0.0049)]
 
 
-@pytest.fixture
-def page(tmp_path) -> str:
+@pytest.fixture(scope="module")
+def page(tmp_path_factory) -> str:
     content = Content({f.id: [CHART] for f in FIGURES}, [(CLAIM, ROWS)], ORDERS)
-    return write_page(content, tmp_path / "index.html").read_text(encoding="utf-8")
+    return write_page(content, tmp_path_factory.mktemp("page") / "index.html").read_text(encoding="utf-8")
 
 
 def test_the_page_asks_the_network_for_nothing(page):

@@ -350,3 +350,14 @@ def test_arrays_binaries_and_clocks_that_do_not_fit_are_refused_by_element_and_l
     found = faults(arrays(tmp_path, ends[:1], ends[1:], (link(f"a.{a[0]}", f"b.{b[0]}"),)))
 
     assert f"{tmp_path}/s.ssp: SystemStructure.ssd:3: {said}" in found
+
+
+def test_a_circle_of_connections_without_a_source_is_refused(tmp_path):
+    through = system(
+        before=connectors(connector("i", "input"), connector("o", "output")),
+        after=links(link(".i", ".o")),
+        name="sub",
+    )
+    content = system(through, component("a"), after=links(link("sub.o", "sub.i"), link("sub.o", "a.u")))
+
+    assert "leads in a circle, expected a source" in faults(write(tmp_path, content))

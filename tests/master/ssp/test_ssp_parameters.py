@@ -347,3 +347,25 @@ def test_an_array_gets_its_elements(tmp_path):
     path = write(tmp_path, structure(system(a), version="2.0"), files)
 
     assert start(path) == {"v[1]": 1.0, "v[2]": 2.0, "v[3]": 3.0}
+
+
+def test_a_structural_parameter_gives_arrays_their_size(tmp_path):
+    text = (
+        '<fmiModelDescription fmiVersion="3.0" modelName="m" instantiationToken="t">'
+        '<CoSimulation modelIdentifier="m"/><ModelVariables>'
+        '<Float64 name="time" valueReference="0" causality="independent" variability="continuous"/>'
+        '<UInt64 name="n" valueReference="9" causality="structuralParameter" variability="fixed" start="3"/>'
+        '<Float64 name="v" valueReference="1" causality="parameter" variability="fixed" start="0 0 0">'
+        '<Dimension valueReference="9"/></Float64></ModelVariables><ModelStructure/></fmiModelDescription>'
+    )
+    files = {"resources/array.fmu": packed({"modelDescription.xml": text})}
+    two = '<ssv:Parameter name="v"><ssv:Float64 value="1 2"/><ssc:Dimension size="2"/></ssv:Parameter>'
+    port = '<ssd:Connector name="v" kind="parameter"><ssc:Float64/><ssc:Dimension size="2"/></ssd:Connector>'
+
+    def archive(*values):
+        given = bindings(binding(parameter_set(*values)))
+        a = component("a", given, ports=(port,), source="resources/array.fmu")
+        return write(tmp_path, structure(system(a), version="2.0"), files)
+
+    assert start(archive(parameter("n", "UInt64", "2"), two)) == {"n": 2, "v[1]": 1.0, "v[2]": 2.0}
+    assert "Connector 'v': shape differs from that of m, got 2, expected 3" in faults(archive(two))

@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from master.stepping.machine import compiled as module
+from tests.costs import long_for
 
 PROJECT = Path(__file__).parents[3]
 RUN = """
@@ -98,9 +99,14 @@ def test_a_changed_step_is_seen_by_a_cached_run_and_a_cached_replay(tmp_path):
     assert run(REPLAY, cache, project).startswith("False row 1: c at t=0 s: the step answered")
 
 
+DAMAGES = ["empty", "flipped", "text"]
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", ["nbi", "nbc"])
-@pytest.mark.parametrize("damage", ["empty", "cut", "flipped", "text"])
+@pytest.mark.parametrize(
+    "damage", long_for(["empty", "flipped", "text"], ["empty", "cut", "flipped", "text"])
+)
 def test_a_damaged_cache_is_dropped_and_made_again(kind, damage, tmp_path_factory):
     cache = _filled_cache(tmp_path_factory)
     [file] = files_of(cache, kind)

@@ -117,3 +117,25 @@ def test_a_last_successful_time_that_is_not_a_number_is_an_error(early, compiled
 
     assert (outcome.status, outcome.steps) == ("failed", 2)
     assert "a at t=2 s: the last successful time of a step is not a number" in str(outcome.error)
+
+
+class Stateless(Stub):
+    """A stub that says OK when it is asked for its state, and gives none."""
+
+    def _get_state(self, _, place):
+        place[0] = None
+        return 0
+
+
+@pytest.mark.parametrize("compiled", [False, True])
+def test_a_state_that_is_not_there_is_no_state_to_go_back_to(compiled):
+    made = bench({"clock": clock(), "g": gain()}, [wire("clock.t", "g.u")], ["clock", {"iterate": ["g"]}])
+    made.factory = lambda name, description: (Stateless if name == "g" else Stub)(
+        name, description, made.blocks[name].law
+    )
+    outcome = made.run(5, compiled=compiled)
+
+    assert (outcome.status, outcome.steps) == ("failed", 0)
+    assert str(outcome.error) == (
+        "g at t=0 s: the getter of its state gave none, expected a state to go back to"
+    )

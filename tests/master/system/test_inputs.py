@@ -146,6 +146,26 @@ def test_a_fault_of_a_recording_is_named_with_its_line(write, given, change, sai
     assert any(said in p for p in caught.value.problems), caught.value.problems
 
 
+@pytest.mark.parametrize(
+    ("inputs", "said"),
+    [
+        ("{file: a.csv}", ["inputs.time: missing", "inputs.map: missing"]),
+        ("{}", ["inputs.file: missing", "inputs.time: missing", "inputs.map: missing"]),
+        ("[{file: a.csv}]", ["inputs[0].time: missing", "inputs[0].map: missing"]),
+        ("{fiel: a.csv, time: {column: t}, map: {b.u: {column: F}}}", ["inputs.fiel: unknown key", "'file'"]),
+        ("{b.u: F}", ["inputs.b.u: unknown key, got 'F', expected one of file, time, map"]),
+        ("a.csv", ["inputs: not a list"]),
+    ],
+)
+def test_an_entry_that_lacks_something_is_refused_with_all_that_it_lacks(bay, inputs, said):
+    path = bay.write(SYSTEM.format(inputs=f"inputs: {inputs}"))
+    with pytest.raises(ConfigError) as caught:
+        prepare(path)
+
+    for text in said:
+        assert text in str(caught.value)
+
+
 @pytest.fixture
 def in_newton(write):
     def make(unit):

@@ -48,6 +48,7 @@ def page(report: Mapping[str, Any], panels: Sequence[Panel], units: Units) -> st
         parameters=tables.parameters(report["parameters"], units),
         runners_up=tables.runners_up(report["runners_up"]),
         residuals=tables.residuals(report["residual"]),
+        channels=tables.channels(report["channels"], units),
         descriptions={e["effect"]: effect(e["effect"]).description for e in report["effects"]},
         panels=panels,
         charts=drawn,

@@ -17,6 +17,7 @@ from fmu_sources.export.native.platforms import LINUX
 from fmu_sources.framework.instance import Instance, ModelError
 from fmu_sources.framework.model import Model
 from fmu_sources.framework.variables import Role
+from tests.costs import long_for
 from tests.fmu_sources.export.native.native_library import GUID, VERSIONS, Fmu, Fmu2, Fmu3, kind
 from tests.fmu_sources.export.native.native_model import MODEL
 from tests.fmu_sources.export.native.native_random import random_inputs, random_parameters
@@ -107,7 +108,7 @@ def test_native_equals_python_bit_for_bit(library: Library, name: str, version: 
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", long_for(["motion_simulator"], NAMES))
 def test_native_equals_python_bit_for_bit_over_10000_steps(library: Library, name: str) -> None:
     compared = 0
     seed = 0
@@ -138,7 +139,7 @@ def test_fmi_2_and_fmi_3_agree_bit_for_bit(library: Library, name: str) -> None:
 
 @pytest.mark.slow
 @pytest.mark.skipif(importlib.util.find_spec("ziglang") is None, reason="needs ziglang")
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", long_for(NAMES[1:], NAMES))
 def test_the_release_library_equals_python_bit_for_bit(tmp_path: Path, name: str) -> None:
     path = tmp_path / f"{name}.so"
     path.write_bytes(compile_for(LINUX, native.generate(load(name), GUID), name))

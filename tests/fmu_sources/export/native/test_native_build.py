@@ -144,7 +144,7 @@ def test_the_host_has_a_folder_in_both_versions(monkeypatch: pytest.MonkeyPatch)
 
 
 @needs_zig
-@pytest.mark.slow
+@pytest.mark.long
 def test_two_release_builds_give_the_same_bytes_for_every_platform() -> None:
     sources = native.generate(MODEL, GUID)
     first = native.compile_release(sources, "specimen")

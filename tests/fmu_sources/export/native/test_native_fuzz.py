@@ -10,6 +10,7 @@ import pytest
 
 from fmu_sources.composed import registry
 from fmu_sources.export import native
+from tests.costs import long_for
 from tests.fmu_sources.export.native.native_library import GUID
 from tests.fmu_sources.export.native.native_model import MODEL
 
@@ -28,7 +29,7 @@ FLAGS = (
 
 @pytest.mark.slow
 @pytest.mark.skipif(shutil.which("gcc") is None, reason="needs gcc with its sanitizers")
-@pytest.mark.parametrize("name", [*registry.model_files(), "specimen"])
+@pytest.mark.parametrize("name", long_for(["motion_simulator"], [*registry.model_files(), "specimen"]))
 def test_200_random_call_sequences_find_no_fault(tmp_path: Path, name: str) -> None:
     model = MODEL if name == "specimen" else registry.load(name)
     for file, content in native.generate(model, GUID).items():

@@ -69,6 +69,8 @@ def diagnosis():
         base=SimpleNamespace(values={"box.k": 1.0}),
         has_effect=True,
         values={"box.k": 2.0, "box.new": 3.0},
+        without={},
+        search=None,
     )
     return SimpleNamespace(
         system=None,
@@ -83,7 +85,7 @@ def test_before_runs_the_old_files_and_after_those_that_are_handed_over(diagnosi
 
     def run(bench, system, files, values):
         runs.append((dict(files), dict(values)))
-        return bench.measured + len(runs)
+        return before_after.Run(bench.measured + len(runs), None)
 
     monkeypatch.setattr(before_after, "_files", lambda system, part: {"box": "old.fmu"})
     monkeypatch.setattr(before_after, "_run", run)
@@ -104,7 +106,9 @@ def test_before_runs_the_old_files_and_after_those_that_are_handed_over(diagnosi
 
 def test_the_seal_is_broken_once(diagnosis, monkeypatch):
     monkeypatch.setattr(before_after, "_files", lambda system, part: {})
-    monkeypatch.setattr(before_after, "_run", lambda bench, system, files, values: bench.measured)
+    monkeypatch.setattr(
+        before_after, "_run", lambda bench, system, files, values: before_after.Run(bench.measured, None)
+    )
     sealed(diagnosis, {})
 
     with pytest.raises(RuntimeError, match="read before"):

@@ -74,6 +74,23 @@ def test_a_law_with_memory_is_drawn_along_each_recording():
     assert added[500:] == pytest.approx(added[:500])
 
 
+STATUS = {"status": "traced", "why": "", "sealed_gain": 0.75, "sealed_gain_interval": [0.7, 0.8]}
+CHANNEL = {
+    "noise_floor": 0.9,
+    "evidence": "rest",
+    "stages": [
+        {
+            "model": "refit",
+            "rms": 2.0,
+            "over_floor": 2.22,
+            "predictable_share": 0.7,
+            "interval": [0.6, 0.8],
+            "predictors": [{"what": "a law of velocity", "share": 0.7, "interval": [0.6, 0.8]}],
+        }
+    ],
+}
+
+
 def error(rmse):
     return {
         "rmse": rmse,
@@ -92,7 +109,9 @@ def test_the_page_gives_verdict_errors_and_parameters_with_units(tmp_path):
         "name": "a <case>",
         "verdict": "traced",
         "sentence": "Traced: axis.friction: coulomb.",
-        "effects": [{"fmu": "axis", "slot": "friction", "effect": "coulomb", "parameters": {"level": 20.5}}],
+        "effects": [
+            {"fmu": "axis", "slot": "friction", "effect": "coulomb", "parameters": {"level": 20.5}} | STATUS
+        ],
         "subsystem": "axis",
         "nominal": {"axis.force": error(4.0)},
         "before": {"axis.force": error(2.0)},
@@ -102,6 +121,7 @@ def test_the_page_gives_verdict_errors_and_parameters_with_units(tmp_path):
         "runners_up": [{"round": 1, "effect": "axis.friction: dahl", "gain": 0.5, "why": "explains less"}],
         "parameters": {"axis.friction_coulomb_level": fitted},
         "residual": {"axis": {"exact": True}},
+        "channels": {"axis.force": CHANNEL},
         "files": ["report.json"],
     }
     units = {"axis.force": "N", "axis.friction_coulomb_level": "N"}
@@ -113,6 +133,9 @@ def test_the_page_gives_verdict_errors_and_parameters_with_units(tmp_path):
     assert "RMSE 2 \u2192 <b>1 N</b> (20 \u2192 10 %)" in text
     assert "<td>N</td>" in text
     assert "20.5 ± 0.12" in text
+    assert "Status: <b>traced</b>; it takes 75 % (70 to 80 %)" in text
+    assert "0.9 (rest)" in text
+    assert "70 (60 to 80)" in text
     assert "coulomb or dahl. <b>Record slowly.</b>" in text
     assert 'src="data:image/png;base64,cGljdHVyZQ=="' in text
 
@@ -136,6 +159,7 @@ def test_charts_take_the_place_of_a_picture_and_names_stay_text(tmp_path):
         "runners_up": [],
         "parameters": {},
         "residual": {nasty: {"exact": True}},
+        "channels": {nasty: CHANNEL},
         "files": [nasty],
     }
 

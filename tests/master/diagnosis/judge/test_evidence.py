@@ -7,8 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from master.diagnosis.judge import evidence
-from master.diagnosis.judge.evidence import ceiling_of, drifts, features_of, shapes_of, worst_output
+from master.diagnosis.judge.evidence import drifts, features_of, shapes_of, worst_output
 from master.diagnosis.numerics.least_squares import Fit, FreeParameter
 from master.diagnosis.numerics.whiteness import variance_inflation
 from master.diagnosis.search.extended_model import ExtendedModel
@@ -49,25 +48,6 @@ def test_features_are_the_signals_that_move_each_once(study_of):
 
     assert list(found) == ["a.force position", "a.force velocity"]
     assert np.array_equal(found["a.force position"], X[:100])
-
-
-def test_ceiling_uses_the_open_rows_only(study_of, monkeypatch):
-    """Rows that are fitted on or held out, and in use; the others may hold anything."""
-    seen = {}
-
-    def ceiling(left, features, blocks, guard):
-        seen.update(left=left, blocks=blocks, guard=guard)
-
-    monkeypatch.setattr(evidence, "ceiling", ceiling)
-    rows = np.arange(N)
-    bench = SimpleNamespace(measured=X[:, None], name="a", in_use=rows >= 100, row_period=1e-3)
-    study = study_of(X[:, None], [slice(800, 1000)], bench=bench, fit_rows=rows < 500)
-
-    ceiling_of(study, rows.astype(float), {"x": X})
-
-    assert seen["left"].tolist() == [*range(100, 500), *range(800, 1000)]
-    assert seen["guard"] == 100
-    assert [b.stop - b.start for b in seen["blocks"]] == [75] * 8
 
 
 def test_a_stiffness_that_grows_with_time_drifts_by_its_slope(study_of, monkeypatch):

@@ -1,0 +1,218 @@
+"""
+Regressions that know no physics, each judged on rows that it has not seen.
+
+| regression | finds |
+|---|---|
+| ridge over columns | linear dynamics; smooth laws, as splines passed through a response |
+| boosted trees | steps, thresholds, codes, laws with memory of what their columns remember |
+| a line of z(t) e(t) | a law whose factor oscillates in time |
+| a line over a signal | steps of a converter, a force that repeats with the position |
+
+Source: Hastie, Tibshirani, Friedman, The Elements of Statistical Learning (2009), Secs. 3.4, 10.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from sklearn.ensemble import HistGradientBoostingRegressor
+from threadpoolctl import threadpool_limits
+
+from .arrays import TINY, Array, Integers
+from .folds import Fold, Folds
+
+RIDGES = np.logspace(-6, 2, 9)  # over the number of rows, for columns of deviation 1
+MOST_ROWS = 4000  # that a regression is fitted on
+N_TREES = 120
+LEAVES = 15
+FEWEST_IN_LEAF = 60
+RATE = 0.1  # of the boosting
+MOST_ROWS_OF_TREES = 2500
+PADDING = 4  # of a spectrum: its lines are this much finer than the time allows
+N_REFINED = 21  # frequencies around a line
+LEAST_CYCLES = 1.0  # over the recordings
+LEAST_CYCLES_ALONE = 20.0  # of a line by itself: below, it is a wave of coloured noise
+N_HARMONICS = 3
+BINS = 4096  # over the range of a signal
+MAINS = (50.0, 60.0)  # Hz: a line there, or at a multiple, is hum
+HUM = 0.01  # relative distance from it
+
+
+@dataclass(frozen=True)
+class HeldOut:
+    """Held-out prediction, shape (rows,), NaN outside the blocks; `frequency` of a line, in its unit."""
+
+    explained: Array
+    frequency: float = 0.0
+
+
+def ridge(residual: Array, columns: Array, folds: Folds) -> HeldOut:
+    """
+    Ridge regression on columns; the penalty is chosen inside what is fitted on.
+
+    Args:
+        residual: Shape (rows,).
+        columns: Shape (rows, m).
+        folds: Blocks of rows.
+    """
+    explained = np.full(len(residual), np.nan)
+    for fold in folds:
+        inner = _Ridge(residual, columns, _thinned(fold.inner_fitted, MOST_ROWS))
+        tried = inner.predict(columns[fold.inner_held_out], RIDGES.tolist())
+        wanted = residual[fold.inner_held_out]
+        best = int(np.argmin(np.sum((wanted[:, None] - tried) ** 2, axis=0)))
+        model = _Ridge(residual, columns, _thinned(fold.fitted, MOST_ROWS))
+        predicted = model.predict(columns[fold.held_out], [RIDGES[best]])[:, 0]
+        explained[fold.held_out] = _trust(wanted, tried[:, best]) * predicted
+    return HeldOut(explained)
+
+
+def trees(residual: Array, columns: Array, folds: Folds) -> HeldOut:
+    """Gradient-boosted trees on columns, shape (rows, m)."""
+    explained = np.full(len(residual), np.nan)
+    with threadpool_limits(limits=1):  # the data are small: threads would only wait for each other
+        for fold in folds:
+            explained[fold.held_out] = _grown(residual, columns, fold.fitted).predict(columns[fold.held_out])
+    return HeldOut(explained)
+
+
+def _grown(residual: Array, columns: Array, rows: Integers) -> HistGradientBoostingRegressor:
+    kept = _thinned(rows, MOST_ROWS_OF_TREES)
+    model = HistGradientBoostingRegressor(
+        max_iter=N_TREES,
+        max_leaf_nodes=LEAVES,
+        min_samples_leaf=min(FEWEST_IN_LEAF, max(5, len(kept) // 20)),
+        learning_rate=RATE,
+        early_stopping=False,
+        random_state=0,
+    )
+    return model.fit(columns[kept], residual[kept])
+
+
+def line(residual: Array, factor: Array, t: Array, folds: Folds, *, highest: float) -> HeldOut:
+    """
+    The strongest line of the residual times a factor, with two quadratures.
+
+    Args:
+        residual: Shape (rows,).
+        factor: z, shape (rows,): 1, or a signal that may be modulated.
+        t: Time of the rows [s], evenly spaced within a recording.
+        folds: Blocks of rows.
+        highest: Frequency above which no line is sought [Hz].
+    """
+    explained = np.full(len(residual), np.nan)
+    period = float(np.median(np.abs(np.diff(t)))) or 1.0
+    is_plain = bool(np.ptp(factor) == 0.0)
+    found = []
+    for fold in folds:
+        product = np.zeros(len(residual))
+        product[fold.fitted] = (residual * factor)[fold.fitted]
+        index = np.round((t - t.min()) / period).astype(np.int64)
+        over_time = np.asarray(np.bincount(index, product), dtype=np.float64)
+        frequency = _peak(over_time, period, highest, is_plain=is_plain)
+        if frequency <= 0.0:
+            explained[fold.held_out] = 0.0
+            continue
+        duration = period * len(over_time)
+        near = frequency + np.linspace(-0.5, 0.5, N_REFINED) / (PADDING * duration)
+        frequency = min(near, key=lambda f: _left(residual, _modulated(factor, t, f), fold.fitted))
+        found.append(frequency)
+        explained[fold.held_out] = _solved(residual, _modulated(factor, t, frequency), fold)
+    return HeldOut(explained, float(np.median(found)) if found else 0.0)
+
+
+def line_over(residual: Array, values: Array, folds: Folds) -> HeldOut:
+    """The strongest line of the residual over a signal (rows,) instead of over time, with its harmonics."""
+    explained = np.full(len(residual), np.nan)
+    span = float(np.ptp(values))
+    if span == 0.0:
+        return HeldOut(np.zeros(len(residual)))
+    width = span / BINS
+    index = ((values - values.min()) / width).astype(np.int64)
+    found = []
+    for fold in folds:
+        rows = fold.fitted
+        over = np.bincount(index[rows], residual[rows] - residual[rows].mean(), minlength=BINS + 1)
+        power = np.abs(np.fft.rfft(over, PADDING * len(over))) ** 2
+        frequency = np.fft.rfftfreq(PADDING * len(over), width)
+        power[frequency < 2.0 / span] = 0.0
+        best = float(frequency[int(np.argmax(power))])
+        near = best + np.linspace(-0.5, 0.5, N_REFINED) * float(frequency[1])
+        best = min(near, key=lambda f: _left(residual, _waves(values, f), rows))
+        found.append(best)
+        explained[fold.held_out] = _solved(residual, _waves(values, best), fold)
+    return HeldOut(explained, float(np.median(found)))
+
+
+class _Ridge:
+    """Normal equations of standardised columns, decomposed once for all penalties."""
+
+    def __init__(self, residual: Array, columns: Array, rows: Integers) -> None:
+        own = columns[rows]
+        self.mean = own.mean(axis=0)
+        self.scale = np.where(own.std(axis=0) > 0.0, own.std(axis=0), 1.0)
+        self.offset = float(residual[rows].mean())
+        self.n = len(rows)
+        standard = (own - self.mean) / self.scale
+        values, self.vectors = np.linalg.eigh(standard.T @ standard)
+        self.values = np.maximum(values, 0.0)
+        self.target = self.vectors.T @ (standard.T @ (residual[rows] - self.offset))
+
+    def predict(self, columns: Array, penalties: Sequence[float]) -> Array:
+        """Predictions for several penalties, shape (rows, penalties)."""
+        weights = self.target[:, None] / (self.values[:, None] + self.n * np.asarray(penalties)[None, :])
+        return np.asarray(self.offset + ((columns - self.mean) / self.scale) @ (self.vectors @ weights))
+
+
+def _trust(residual: Array, predicted: Array) -> float:
+    """Slope of a residual over what was predicted of it on rows that were not seen, within 0 and 1."""
+    power = float(predicted @ predicted)
+    return float(np.clip(residual @ predicted / power, 0.0, 1.0)) if power > 0.0 else 0.0
+
+
+def _thinned(rows: Integers, most: int) -> Integers:
+    return rows[:: max(1, -(-len(rows) // most))]
+
+
+def _peak(product: Array, period: float, highest: float, *, is_plain: bool) -> float:
+    """Frequency of the strongest line [Hz], 0 if there is none to look for."""
+    n = PADDING * len(product)
+    power = np.abs(np.fft.rfft(product, n)) ** 2
+    frequency = np.fft.rfftfreq(n, period)
+    least = LEAST_CYCLES_ALONE if is_plain else LEAST_CYCLES
+    power[(frequency < least / (period * len(product))) | (frequency > highest)] = 0.0
+    if is_plain:
+        for mains in MAINS:
+            order = np.round(frequency / mains)
+            power[(order > 0.0) & (np.abs(frequency - order * mains) < HUM * mains)] = 0.0
+    best = int(np.argmax(power))
+    return float(frequency[best]) if power[best] > 0.0 else 0.0
+
+
+def _modulated(factor: Array, t: Array, frequency: float) -> Array:
+    angle = 2.0 * np.pi * frequency * t
+    return np.column_stack([factor * np.sin(angle), factor * np.cos(angle)])
+
+
+def _waves(values: Array, frequency: float) -> Array:
+    angles = [2.0 * np.pi * n * frequency * values for n in range(1, N_HARMONICS + 1)]
+    return np.column_stack([f(angle) for angle in angles for f in (np.sin, np.cos)])
+
+
+def _solved(residual: Array, columns: Array, fold: Fold) -> Array:
+    """Prediction of the rows that are held out, as far as one of the inner rows holds."""
+    inner = np.linalg.lstsq(columns[fold.inner_fitted], residual[fold.inner_fitted], rcond=None)[0]
+    trust = _trust(residual[fold.inner_held_out], columns[fold.inner_held_out] @ inner)
+    weights = np.linalg.lstsq(columns[fold.fitted], residual[fold.fitted], rcond=None)[0]
+    return np.asarray(trust * (columns[fold.held_out] @ weights))
+
+
+def _left(residual: Array, columns: Array, rows: Integers) -> float:
+    """Power that the columns leave on the rows."""
+    a = columns[rows]
+    normal = a.T @ a
+    target = a.T @ residual[rows]
+    normal[np.diag_indices_from(normal)] += TINY + 1e-12 * float(np.trace(normal))
+    return float(-target @ np.linalg.solve(normal, target))

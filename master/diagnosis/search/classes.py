@@ -1,0 +1,62 @@
+"""
+Classes of effects: a recording shows the class first; a member is named only where it beats the others.
+
+| class | what its members share |
+|---|---|
+| friction with memory | a force against the motion that builds up along the way |
+| memoryless friction | a force against the motion, of the velocity alone |
+| stiffness | a force of the position alone |
+| ripple | a force that repeats along the position |
+| lag-like | a signal that comes late, in details of its own |
+| zero error | something added, whatever moves |
+| limit | a signal that goes no further, or no faster |
+| converter | a signal in steps |
+| gain | a signal at another size |
+"""
+
+from __future__ import annotations
+
+from fmu_sources.effects.framework.effect import Effect, FirstGuess
+from master.diagnosis.replay.placed_effect import PlacedEffect
+
+MEMORY = "friction with memory"
+MEMORYLESS = "memoryless friction"
+STIFFNESS = "stiffness"
+RIPPLE = "ripple"
+LAG_LIKE = "lag-like"
+ZERO_ERROR = "zero error"
+LIMIT = "rate or speed limit"
+CONVERTER = "converter"
+OTHER = "a law of its own"
+
+BY_NAME = {
+    "offset": ZERO_ERROR,
+    "drift": ZERO_ERROR,
+    "force_saturation": LIMIT,
+    "rate_saturation": LIMIT,
+    "gain_error": "gain",
+}
+"""Effects whose declarations do not show their class."""
+
+
+def class_of(effect: Effect) -> str:
+    """Name the class of an effect, from what it declares."""
+    if effect.name in BY_NAME:
+        return BY_NAME[effect.name]
+    if effect.acts_like is not None:
+        return LAG_LIKE
+    if effect.first_guess is FirstGuess.QUANTA:
+        return CONVERTER
+    if effect.first_guess is FirstGuess.PERIODS:
+        return RIPPLE
+    if "velocity" in effect.needs:
+        return MEMORY if effect.has_memory else MEMORYLESS
+    if "position" in effect.needs:
+        return MEMORY if effect.has_memory else STIFFNESS
+    return OTHER
+
+
+def are_of_a_class(one: PlacedEffect, other: PlacedEffect) -> bool:
+    """Whether two effects are of one class, in one slot."""
+    kind = class_of(one.law)
+    return one.place == other.place and kind == class_of(other.law) != OTHER

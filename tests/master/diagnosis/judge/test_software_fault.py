@@ -1,0 +1,118 @@
+"""Faults of software on a part that is a formula: each kind is found by the replay that leaves nothing."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from master.diagnosis.judge.software_fault import software_fault, ticks_between_rows
+from master.fmi.description import Kind
+
+N = 2000
+RNG = np.random.default_rng(3)
+A = np.cumsum(RNG.standard_normal(N))
+B = np.cumsum(RNG.standard_normal(N))
+TABLE = np.column_stack([A, B])
+
+
+def replay(table, values):
+    """Y = gain * a + b, or a alone where the switch is off."""
+    on = float(values["soft.on"])
+    return (values["soft.gain"] * table[:, 0] + on * 0.3 * table[:, 1] ** 2)[:, None]
+
+
+class Bench:
+    def __init__(self, change=None):
+        self.change = change or (lambda table: table)
+        self.part = SimpleNamespace(
+            fmus=("soft",), columns=[SimpleNamespace(signal="a"), SimpleNamespace(signal="b")]
+        )
+        self.outputs = ["soft.y"]
+        self.in_use = np.arange(N) >= 20
+        self.period = 1e-3
+
+    def with_inputs(self, change):
+        return Bench(change)
+
+    def predict(self, player, given):
+        return replay(self.change(TABLE), {f"soft.{k}": v for k, v in given["soft"].items()})
+
+
+def study(measured):
+    nominal = {"soft.gain": 2.0, "soft.on": 1.0}
+    variables = [
+        SimpleNamespace(name="on", causality="parameter", kind=Kind.BOOLEAN, start="true"),
+        SimpleNamespace(name="gain", causality="parameter", kind=Kind.REAL, start="2.0"),
+    ]
+
+    def values_with(values):
+        return {"soft": {k.partition(".")[2]: v for k, v in (nominal | dict(values)).items()}}
+
+    return SimpleNamespace(
+        name="soft",
+        bench=Bench(),
+        measured=measured,
+        pool=SimpleNamespace(player=lambda effects: None),
+        system=SimpleNamespace(descriptions={"soft": SimpleNamespace(variables=variables)}),
+        say=lambda text: None,
+        values_with=values_with,
+        simulate=lambda effects, values, everything: replay(TABLE, nominal | dict(values)),
+    )
+
+
+def late(values):
+    return np.concatenate([values[:1], values[:-1]])
+
+
+RIGHT = replay(TABLE, {"soft.gain": 2.0, "soft.on": 1.0})[:, 0]
+
+
+@pytest.mark.parametrize(
+    ("y", "kind", "where"),
+    [
+        (late(RIGHT), "is one tick late", "the output soft.y"),
+        (-RIGHT, "has the other sign", "the output soft.y"),
+        (np.clip(RIGHT, -20.0, 60.0), "is clipped", "the output soft.y"),
+        (0.25 * np.round(RIGHT / 0.25), "is rounded to 0.25", "the output soft.y"),
+        (RIGHT[np.arange(N) // 5 * 5], "is stale: held for 5 ticks", "the output soft.y"),
+        (2.0 * late(A) + 0.3 * B**2, "is one tick late", "the input a"),
+        (2.0 * A, "is missing", "the term of soft.on"),
+        (2.0 * A + 0.3 * late(B**2), "is one tick late", "the term of soft.on"),
+        (-2.0 * A + 0.3 * B**2, "has the other sign", "the input a"),
+        (2.0 * B + 0.3 * A**2, "are swapped", "the inputs a and b"),
+        (1.7 * A + 0.3 * B**2, "is 1.7 instead of 2", "the parameter soft.gain"),
+    ],
+)
+def test_each_fault_is_found_by_its_kind_and_place(y, kind, where):
+    own = study(y[:, None])
+
+    fault = software_fault(own, {}, replay(TABLE, {"soft.gain": 2.0, "soft.on": 1.0}))
+
+    assert (fault.kind, fault.where, fault.is_exact) == (kind, where, True)
+    assert fault.after < 1e-3 * fault.before
+
+
+def test_a_part_that_replays_to_rounding_has_none():
+    assert software_fault(study(RIGHT[:, None]), {}, RIGHT[:, None]) is None
+
+
+def test_a_fault_of_no_kind_that_is_tried_is_told_with_what_the_nearest_leaves():
+    y = RIGHT + np.sin(np.arange(N))
+
+    fault = software_fault(study(y[:, None]), {}, RIGHT[:, None])
+
+    assert not fault.is_exact
+    assert fault.before == pytest.approx(np.sqrt(0.5), rel=0.02)
+    assert "comes nearest and leaves" in str(fault)
+
+
+@pytest.mark.parametrize(("period", "found"), [(1e-3, []), (2e-3, ["soft"]), (5e-4, [])])
+def test_software_that_ticks_between_the_rows_cannot_be_judged(period, found):
+    model = SimpleNamespace(sample_time="sample_time", n_continuous=0)
+    description = SimpleNamespace(by_name={"sample_time": SimpleNamespace(start="0.001")})
+    system = SimpleNamespace(model=lambda fmu: model, values={"soft": {}}, descriptions={"soft": description})
+    bench = SimpleNamespace(part=SimpleNamespace(fmus=("soft",)), period=period)
+
+    assert ticks_between_rows(SimpleNamespace(bench=bench, system=system)) == found

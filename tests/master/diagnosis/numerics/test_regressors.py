@@ -1,0 +1,84 @@
+"""Regressors without physics: each finds its kind on rows it has not seen, and nothing in noise."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from master.diagnosis.numerics.folds import N_GROUPS, Folds, share_of
+from master.diagnosis.numerics.regressors import line, line_over, ridge, trees
+
+N = 8000
+T = np.arange(N) * 1e-3
+RNG = np.random.default_rng(3)
+NOISE = RNG.normal(0.0, 1.0, N)
+X = np.sin(2.0 * np.pi * 0.83 * T) + 0.4 * np.sin(2.0 * np.pi * 2.71 * T)
+FOLDS = Folds.of(np.ones(N, dtype=bool), 100)
+COLUMNS = np.column_stack([X, np.gradient(X, T), np.roll(X, 20), RNG.normal(size=N)])
+
+
+def share(residual, held):
+    return share_of(residual, held.explained, FOLDS.block)
+
+
+def test_every_row_is_held_out_once_and_never_near_what_is_fitted():
+    held = np.concatenate([fold.held_out for fold in FOLDS])
+
+    assert np.array_equal(np.sort(held), np.arange(N))
+    for fold in FOLDS:
+        apart = np.abs(fold.fitted[:, None] - fold.held_out[None, ::50]).min()
+        assert apart >= 99
+        assert not set(fold.inner_held_out) & set(fold.inner_fitted)
+    assert len(list(FOLDS)) == N_GROUPS
+
+
+def test_nothing_is_predicted_of_noise():
+    found = [
+        share(NOISE, ridge(NOISE, COLUMNS, FOLDS)),
+        share(NOISE, line(NOISE, np.ones(N), T, FOLDS, highest=60.0)),
+        share(NOISE, line(NOISE, X, T, FOLDS, highest=60.0)),
+        share(NOISE, line_over(NOISE, X, FOLDS)),
+    ]
+
+    assert all(abs(s.value) < 0.02 for s in found)
+    assert all(s.interval.high < 0.05 for s in found)
+    assert share(NOISE, trees(NOISE, COLUMNS, FOLDS)).value < 0.02
+
+
+def test_a_share_is_the_power_that_is_predicted():
+    residual = np.sqrt(3.0) * X / X.std() + NOISE / NOISE.std()
+
+    found = share(residual, ridge(residual, COLUMNS, FOLDS))
+
+    assert found.value == pytest.approx(0.75, abs=0.03)
+    assert found.interval.low < found.value < found.interval.high
+
+
+def test_trees_find_a_threshold_that_no_line_shows():
+    residual = 2.0 * (np.abs(X) > 0.8) + 0.5 * NOISE
+
+    assert share(residual, trees(residual, COLUMNS, FOLDS)).value > 0.6
+
+
+def test_a_stiffness_that_swings_is_a_line_of_the_residual_times_the_position():
+    residual = 3.0 * np.sin(2.0 * np.pi * 1.8 * T + 0.4) * X + NOISE
+
+    held = line(residual, X, T, FOLDS, highest=60.0)
+
+    assert held.frequency == pytest.approx(1.8, abs=0.01)
+    assert share(residual, held).value > 0.6
+
+
+def test_hum_of_the_mains_is_no_line_that_predicts():
+    residual = np.sin(2.0 * np.pi * 50.0 * T) + 0.1 * NOISE
+
+    assert share(residual, line(residual, np.ones(N), T, FOLDS, highest=200.0)).value < 0.02
+
+
+def test_a_fine_ripple_is_a_line_over_the_position():
+    residual = 2.0 * np.sin(2.0 * np.pi * X / 0.011) + NOISE
+
+    held = line_over(residual, X, FOLDS)
+
+    assert 1.0 / held.frequency == pytest.approx(0.011, rel=1e-3)
+    assert share(residual, held).value > 0.6
