@@ -66,7 +66,7 @@ class SlotLaws:
     def _functions(self, place: str) -> Iterator[tuple[SlotLaw, Array]]:
         signals = dict(self.study.signals[place])
         signals["time"] = self.study.bench.times
-        moving = {role: v for role, v in signals.items() if np.ptp(v) > 0.0}
+        moving = {role: v for role, v in signals.items() if np.isfinite(v).all() and np.ptp(v) > 0.0}
         for role in ROLES:
             if role in moving:
                 own = splines(moving[role], N_KNOTS)
