@@ -69,6 +69,7 @@ def test_exact_parameters_follow_the_real_docking(case, largest):
     assert deviation(case, "cfdc", "fmdc", **EXACT) < largest
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("tuning", "largest"), [(F, 0.01), (L, 0.03)], ids=["F", "L"])
 @pytest.mark.parametrize("case", CASES)
 def test_the_presets_stop_the_divergence(case, tuning, largest):
@@ -78,6 +79,7 @@ def test_the_presets_stop_the_divergence(case, tuning, largest):
     assert deviation(case, "cfdc", "fmdc", **tuning) < largest
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("tuning", "largest"), [(EXACT, 1.0), (F, 1.0), (L, 2.0)], ids=["exact", "F", "L"])
 @pytest.mark.parametrize("case", CASES)
 def test_with_all_parts_the_simulator_coincides_with_the_real_docking(case, tuning, largest):
@@ -95,6 +97,7 @@ def test_one_part_alone_only_slows_the_divergence(case, part, least):
     assert least < fitted(case, part, **EXACT).growth < fitted(case).growth
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("method", [DifferenceMethod.forward, DifferenceMethod.bilinear])
 @pytest.mark.parametrize("case", ["S1", "S2"])
 def test_every_difference_method_gives_the_same_fundamental(case, method):
@@ -103,6 +106,7 @@ def test_every_difference_method_gives_the_same_fundamental(case, method):
     assert other.zeta == pytest.approx(fitted(case, "cfdc", **EXACT).zeta, abs=2e-4)
 
 
+@pytest.mark.long
 def test_the_kalman_filter_follows_a_stiffness_that_varies():
     tuning = TIME_VARYING | {"P0_ab": 1e-10, "P0_cde": 1.0, "Q_cde": 1.0}
     s = run("S2", 6.0, compensation("S2", "cfdc", **tuning), amplitude=8e4)
@@ -110,6 +114,7 @@ def test_the_kalman_filter_follows_a_stiffness_that_varies():
     assert rms(s[:, 0], s[:, 2], CASES["S2"].s0) < 0.03
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("forgetting_factor", [0.9, 0.98, 0.995, 1.0])
 def test_least_squares_do_not_follow_a_stiffness_that_varies(forgetting_factor):
     tuning = TIME_VARYING | {"P0_ab": 1e4, "P0_cde": 1e4, "identifier": IdentifierChoice["rls"]}

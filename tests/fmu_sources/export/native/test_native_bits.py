@@ -108,7 +108,7 @@ def test_native_equals_python_bit_for_bit(library: Library, name: str, version: 
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", long_for(["motion_simulator"], NAMES))
+@pytest.mark.parametrize("name", long_for(NAMES[2:], NAMES))
 def test_native_equals_python_bit_for_bit_over_10000_steps(library: Library, name: str) -> None:
     compared = 0
     seed = 0
