@@ -157,12 +157,18 @@ class MessageLog:
 
 
 class LogFile:
-    """A text file of messages from a level on, one a line; the same one again and again is counted."""
+    """
+    A text file of messages from a level on, one a line; the same one again and again is counted.
+
+    What the folder does not take is left out: messages are in the summary too.
+    """
 
     def __init__(self, path: Path, level: str) -> None:
         self.path = path
         self._least = LEVELS[level]
-        self._file: IO[str] | None = path.open("w", encoding="utf-8", buffering=1)
+        self._file: IO[str] | None = None
+        with contextlib.suppress(OSError):
+            self._file = path.open("w", encoding="utf-8", buffering=1)
         self._last: tuple[str, int, str] | None = None
         self._repeats = 0
         self._n_bytes = 0
