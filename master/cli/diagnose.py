@@ -2,13 +2,8 @@
 
 from __future__ import annotations
 
-import signal
-import threading
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
-from types import FrameType
 from typing import Any
 
 import click
@@ -49,36 +44,12 @@ def diagnose(case: Path, output: Path | None, budget: float | None, as_json: boo
             if not STDERR.is_terminal:  # a log wants lines
                 say(f"{time.monotonic() - begin:8.1f} s  {text}", err=True)
 
-        with asked_to_stop(deadline.stop):
-            report = answer(case, folder, show, deadline)
+        report = answer(case, folder, show, deadline)
     if as_json:
         print_json(report)
         return
     for line in _lines(report, folder):
         say(line)
-
-
-@contextmanager
-def asked_to_stop(stop: Callable[[], None]) -> Iterator[None]:
-    """Let a first Ctrl-C or SIGTERM ask for the best so far; a second one ends the command as any other."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
-
-    def first(number: int, frame: FrameType | None) -> None:
-        for n, handler in before.items():
-            signal.signal(n, handler)
-        say("stopping: the best so far is written; once more ends at once", err=True)
-        stop()
-
-    for number in before:
-        signal.signal(number, first)
-    try:
-        yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
 
 
 def _lines(report: dict[str, Any], folder: Path) -> list[str]:

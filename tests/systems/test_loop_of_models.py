@@ -50,6 +50,7 @@ def test_the_real_docking_oscillates_as_its_matrix_says(case):
     assert found.zeta == pytest.approx(exact, abs=1e-4)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("case", "growth"), [("S1", 1.93), ("S2", 5.01), ("E1", 1.45), ("E2", 2.11)])
 def test_the_loop_diverges_without_compensation(case, growth):
     assert fitted(case).growth == pytest.approx(growth, rel=5e-3)
@@ -91,6 +92,7 @@ def test_with_all_parts_the_simulator_coincides_with_the_real_docking(case, tuni
     assert abs(phase) < largest
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("part", "least"), [("fmdc", 1.0), ("cfdc", 1.04)])
 @pytest.mark.parametrize("case", ["E1", "E2"])
 def test_one_part_alone_only_slows_the_divergence(case, part, least):

@@ -1,4 +1,4 @@
-"""A diagnosis that has to end: by a budget of time, or because somebody asks for it."""
+"""A diagnosis that has to end, by a budget of time."""
 
 from __future__ import annotations
 
@@ -22,13 +22,8 @@ class Deadline:
 
     budget: float | None = None
     begun: float = field(default_factory=time.monotonic)
-    is_asked: bool = False
     is_armed: bool = False
     has_stopped: bool = False
-
-    def stop(self) -> None:
-        """Ask for the end."""
-        self.is_asked = True
 
     def arm(self) -> None:
         """A part begins that may be stopped."""
@@ -44,7 +39,7 @@ class Deadline:
         def show(text: str) -> None:
             progress(text)
             is_over = self.budget is not None and time.monotonic() - self.begun > self.budget
-            if self.is_armed and (self.is_asked or is_over):
+            if self.is_armed and is_over:
                 self.disarm()
                 self.has_stopped = True
                 raise TimeIsUpError
