@@ -31,4 +31,5 @@ EFFECT = Effect(
     scale=lambda rms: {"rate": 0.05 * rms.value / rms.duration},
     places=SIGNAL,
     shown_by=(Experiment.LONG_REST,),
+    of_class="zero error",
 )

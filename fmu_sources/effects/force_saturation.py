@@ -31,4 +31,5 @@ EFFECT = Effect(
     absent={"limit": NEVER},
     scale=lambda rms: {"limit": 1.2 * rms.value},
     probe=1.0,
+    of_class="limit",
 )

@@ -32,4 +32,5 @@ EFFECT = Effect(
     scale=lambda _: {"error": 0.05},
     places=SIGNAL,
     shown_by=(Experiment.CHIRP,),
+    of_class="gain",
 )

@@ -30,6 +30,7 @@ EFFECT = Effect(
     absent={"offset": 0.0},
     scale=lambda rms: {"offset": 0.05 * rms.value},
     constant="offset",
+    of_class="zero error",
     shown_by=(
         Experiment.REST_AND_SPEEDS,
         Experiment.LONG_REST,

@@ -47,4 +47,5 @@ EFFECT = Effect(
     follows=("followed",),
     probe=1.0,
     shown_by=(Experiment.CHIRP,),
+    of_class="limit",
 )

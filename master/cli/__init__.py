@@ -27,7 +27,7 @@ COMMANDS = {
 GROUPS = {
     "run and look": ("run", "examples"),
     "understand a system": ("check", "explain", "analyse", "inspect"),
-    "measured data": ("diagnose",),
+    "measured data": ("diagnose", "replay"),
     "compensation": ("design-dpdc", "reproduce"),
     "make and exchange": ("new", "build", "export-ssp", "linearise", "schema"),
     "the machine": ("doctor",),

@@ -75,7 +75,8 @@ class Effect:
     `equals_sum_of` names effects that together make this law or nearly; `limits` says what it becomes at the
     ends of its parameters. Effects with the same `acts_like` differ in details that models get wrong, too.
     `shown_by` names recordings that tell it from others. `constant` is the parameter that the law adds to the
-    value as it is, where it does nothing else.
+    value as it is, where it does nothing else. `of_class` names the class that a recording shows first, where
+    the other declarations do not.
     """
 
     name: str
@@ -97,6 +98,7 @@ class Effect:
     acts_like: str | None = None
     shown_by: tuple[Experiment, ...] = ()
     constant: str | None = None
+    of_class: str | None = None
 
     @property
     def has_memory(self) -> bool:

@@ -167,7 +167,7 @@ def _system(
 
 
 def _parts(
-    loaded: LoadedCase, system: System, order: list[str], foreign: Collection[str]
+    loaded: LoadedCase, system: System, order: list[str], foreign: Collection[str] = ()
 ) -> tuple[CutPart, ...]:
     case = loaded.case
     group = {name: name for name in order}

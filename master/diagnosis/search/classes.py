@@ -6,12 +6,14 @@ Classes of effects: a recording shows the class first; a member is named only wh
 | friction with memory | a force against the motion that builds up along the way |
 | memoryless friction | a force against the motion, of the velocity alone |
 | stiffness | a force of the position alone |
-| ripple | a force that repeats along the position |
+| periodic along the position | a force that repeats along the position |
 | lag-like | a signal that comes late, in details of its own |
 | zero error | something added, whatever moves |
 | limit | a signal that goes no further, or no faster |
 | converter | a signal in steps |
 | gain | a signal at another size |
+
+Zero errors, limits and gains say so themselves (`Effect.of_class`); the others show it by what they need.
 """
 
 from __future__ import annotations
@@ -22,27 +24,16 @@ from master.diagnosis.replay.placed_effect import PlacedEffect
 MEMORY = "friction with memory"
 MEMORYLESS = "memoryless friction"
 STIFFNESS = "stiffness"
-RIPPLE = "ripple"
+RIPPLE = "periodic along the position"
 LAG_LIKE = "lag-like"
-ZERO_ERROR = "zero error"
-LIMIT = "rate or speed limit"
 CONVERTER = "converter"
 OTHER = "a law of its own"
-
-BY_NAME = {
-    "offset": ZERO_ERROR,
-    "drift": ZERO_ERROR,
-    "force_saturation": LIMIT,
-    "rate_saturation": LIMIT,
-    "gain_error": "gain",
-}
-"""Effects whose declarations do not show their class."""
 
 
 def class_of(effect: Effect) -> str:
     """Name the class of an effect, from what it declares."""
-    if effect.name in BY_NAME:
-        return BY_NAME[effect.name]
+    if effect.of_class is not None:
+        return effect.of_class
     if effect.acts_like is not None:
         return LAG_LIKE
     if effect.first_guess is FirstGuess.QUANTA:

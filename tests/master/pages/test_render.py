@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import hashlib
 import re
-import tomllib
 from importlib.resources import files
 from pathlib import Path
 
 import pytest
+from hatchling.builders.wheel import WheelBuilder
 from jinja2 import UndefinedError
 
 from master.pages.render import _environment, number, plotting_library, sentence
@@ -51,9 +51,7 @@ def test_numbers_and_sentences_are_for_people():
 
 def test_the_wheel_takes_every_template_and_the_plotting_library_along():
     project = Path(__file__).parents[3]
-    settings = tomllib.loads((project / "pyproject.toml").read_text())["tool"]["setuptools"]
-    packages = [file.parent for file in (project / "master").rglob("__init__.py")]
-    shipped = {f for package in packages for p in settings["package-data"]["*"] for f in package.glob(p)}
+    shipped = {Path(f.path) for f in WheelBuilder(str(project)).recurse_included_files()}
     folders = [f for name in ("templates", "vendor") for f in (project / "master").rglob(name)]
 
     assert len(folders) >= 4

@@ -30,7 +30,7 @@ def words(program):
 
 def blocks_of(program, name):
     """Numbers of calls that set and get the variables of an FMU in a step."""
-    *_, set_first, set_end, get_first, get_end = program.memory.slaves[program.names.index(name)]
+    *_, set_first, set_end, get_first, get_end, _ = program.memory.slaves[program.names.index(name)]
     return set_end - set_first, get_end - get_first
 
 
