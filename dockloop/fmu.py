@@ -29,7 +29,7 @@ def open_fmu(source: str | Path, *, flavour: str = "native") -> Fmu:
 
     Args:
         source: Path of an FMU 2.0 or 3.0 for co-simulation, or the name of a model (`compensator`).
-        flavour: Which FMU a model's name stands for: `native` (FMI 2.0), `fmi3`, or `python`.
+        flavour: Which FMU a model's name means: `native` (FMI 2.0), `fmi3`, or `python`.
 
     Raises:
         ConfigError: If there is none, or it cannot be read; with all that is wrong in it.

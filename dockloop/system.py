@@ -55,7 +55,7 @@ def load(source: Source, *, blocks: Mapping[str, Block] | None = None, flavour: 
             or the content of such a YAML file as a dict; relative paths of a dict start from the working
             folder, and a `source` of its `fmus` may be a `Block`.
         blocks: Instance name to a Python block that takes the place of the FMU in the file.
-        flavour: Which FMU a model's name stands for: `native` (FMI 2.0), `fmi3`, or `python`.
+        flavour: Which FMU a model's name means: `native` (FMI 2.0), `fmi3`, or `python`.
 
     Raises:
         ConfigError: With all faults; `problems` has `where`, `what`, `got`, `expected` of each.
@@ -414,7 +414,7 @@ def write_ssp(
 
 
 def _of_dict(source: Mapping[str, Any], blocks: dict[str, Block]) -> LoadedConfig:
-    """Read a dict as the YAML that it stands for; blocks in it are taken out."""
+    """Read a dict as the YAML of the same content; blocks in it are taken out."""
     import yaml
 
     content = dict(source)

@@ -48,7 +48,8 @@ def new(fmus: tuple[str, ...], output: Path, flavour: str) -> None:
 
 def _parts(fmus: Sequence[str], folder: Path, flavour: str) -> dict[str, Part]:
     """Read the FMUs; each gets a name of its own, and a source as seen from the folder of the file."""
-    targets, problems = [], []
+    targets = []
+    problems = []
     for source in fmus:
         try:
             targets.append(catalogue.locate(source, Path(), flavour))

@@ -83,7 +83,8 @@ def _save_rows(
     outcome: Outcome, folder: OutputFolder, streamed: ResultFiles | None
 ) -> tuple[dict[str, str], str]:
     """Save all rows; return the files that exist, and what went wrong."""
-    fault, place = outcome.storage_fault, folder.shown
+    fault = outcome.storage_fault
+    place = folder.shown
     try:
         if not folder.takes_files():
             said = "removed during the run" if folder.vanished() else "the folder takes no files any more"

@@ -170,7 +170,8 @@ def _ends_at(guess: Guess, instance: str) -> bool:
 
 def _times(parts: Mapping[str, Part]) -> tuple[float, float, str]:
     """Step size and stop time [s] that the FMUs' default experiments name."""
-    steps, stops = [], []
+    steps = []
+    stops = []
     for part in parts.values():
         steps.append(_number(part.inspection.capabilities.get("stepSize")))
         stops.append(_number(part.inspection.capabilities.get("stopTime")))

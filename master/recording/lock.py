@@ -49,7 +49,7 @@ class FileLock:
             self._descriptor = _held(path)
 
     def fill(self, n_bytes: int) -> None:
-        """Let the file have so many bytes; OSError, and nobody holds it, if there is no room for them."""
+        """Make the file n_bytes long; OSError, and nobody holds it, if there is no room for them."""
         try:
             os.ftruncate(self._descriptor, 0)
             text = f"{os.getpid()}\n".encode().ljust(n_bytes)

@@ -55,7 +55,8 @@ def read_ssp(
         ConfigError: With every fault that the first stage to find any has found.
     """
     read = _read(path, folder)
-    structure, coupling = read.structure, read.coupling
+    structure = read.structure
+    coupling = read.coupling
     resolved = resolve(structure, () if coupling is None else coupling.connections)
     data = _data(structure, resolved, coupling, step_size)
     document = SspDocument(path, data, places=_places(structure, resolved))

@@ -107,7 +107,7 @@ def resolve(structure: Structure, trusted: Collection[tuple[str, str]] = ()) -> 
 
 
 def _give_structures(network: Network, assigned: Assignments) -> list[str]:
-    """Give arrays the sizes that structural parameters ask for; return faults of connectors' shapes."""
+    """Resize arrays as structural parameters say; return faults of connectors' shapes."""
     problems: list[str] = []
     for path, leaf in list(network.leaves.items()):
         own = {p.connector: b for p, b in assigned.values.items() if p.owner == path}

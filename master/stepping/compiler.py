@@ -150,7 +150,8 @@ class _Compiler:
 
     def _let_out(self, wire: Wire) -> None:
         """Let an output of the whole system have the value of its source after each tick."""
-        name, source = wire.target.name, self.placed.get(wire.source.name)
+        name = wire.target.name
+        source = self.placed.get(wire.source.name)
         if source is not None and wire.conversion.is_identity:
             self.placed[name] = source
             return

@@ -204,7 +204,8 @@ class OpenRun:
             for i, name in enumerate(self._slaves):
                 self._state_call(name, StateCall.SAVE, states.ctypes.data + 8 * i)
         self._states.append(states)
-        memory, monitor = self._program.memory, self._loop.monitor
+        memory = self._program.memory
+        monitor = self._loop.monitor
         return RunState(
             tick=self._loop.done,
             fmus=states,
@@ -235,7 +236,8 @@ class OpenRun:
         with self._working():
             for i, name in enumerate(self._slaves):
                 self._state_call(name, StateCall.RESTORE, int(state.fmus[i]))
-        memory, monitor = self._program.memory, self._loop.monitor
+        memory = self._program.memory
+        monitor = self._loop.monitor
         memory.values[:] = state.values
         memory.rings[:] = state.rings
         memory.channels[:] = state.channels

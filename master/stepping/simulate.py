@@ -123,7 +123,7 @@ def running(
 
 
 def _free_states(program: Program, slaves: Mapping[str, Slave], failed: dict[str, str]) -> None:
-    """Give saved states of iterated groups back to their FMUs; one that refuses is noted."""
+    """Free the saved states of iterated groups; an FMU that refuses is noted."""
     states = program.memory.states
     for i, name in enumerate(program.names):
         if not states[i] or name in failed:

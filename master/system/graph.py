@@ -223,7 +223,7 @@ class _Joined:
         return replace(self, instances=dict(self.instances), given=dict(self.given), held=dict(self.held))
 
     def restructure(self, name: str, values: Mapping[str, Setting]) -> None:
-        """Give the arrays of an FMU the sizes that values ask for; ConfigError if they cannot be had."""
+        """Resize the arrays of an FMU as values say; ConfigError if that is impossible."""
         instance = self.instances.get(name)
         if instance is not None:
             structured = with_structure(instance.description, values)
@@ -278,7 +278,7 @@ def _with_structures(
     overrides: Mapping[str, tuple[str, Setting]],
     problems: list[str],
 ) -> Descriptions:
-    """Give arrays the sizes that the values of structural parameters ask for."""
+    """Resize arrays as the values of structural parameters say."""
     found = dict(descriptions)
     changed = {SignalName(signal): value for signal, (_, value) in overrides.items()}
     for name, d in descriptions.items():

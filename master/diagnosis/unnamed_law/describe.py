@@ -37,7 +37,7 @@ def shows_memory(signals: Mapping[str, Array]) -> bool:
     """
     Whether a motion could show a memory: position and speed are not one function of each other.
 
-    In a steady sine the speed follows from the position, and a law of both stands for any memory.
+    In a steady sine the speed follows from the position, and a law of both looks like any memory.
     """
     if not {"position", "velocity"} <= set(signals):
         return True

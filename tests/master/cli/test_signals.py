@@ -251,7 +251,7 @@ def test_what_a_folder_does_not_take_any_more_is_saved_next_to_it(options, deed,
     """A superuser may write anywhere: the command goes without that right."""
     through = ["setpriv", "--bounding-set=-dac_override,-dac_read_search"] if os.geteuid() == 0 else []
     if through and shutil.which(through[0]) is None:
-        pytest.skip("no setpriv here")
+        pytest.skip("a superuser may write anywhere, and there is no setpriv (util-linux) to give that up")
     out, rescued = tmp_path / "out", tmp_path / "out-rescued"
     command = Command(tmp_path, ["run", EXPERIMENT, *options, "--output", out], through=through)
     if "5" in options:
