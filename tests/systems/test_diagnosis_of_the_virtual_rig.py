@@ -103,13 +103,7 @@ def test_nothing_is_found_where_nothing_is_missing(tmp_path):
     [
         (Effects(quantisation=2.0), "force_sensor"),
         (Effects(simulator_delay=2.0), "motion_simulator"),
-        pytest.param(
-            Effects(spacecraft_offset=5.0),
-            "spacecraft",
-            marks=pytest.mark.xfail(
-                reason="known fault: since the verdicts by adequacy another place is named"
-            ),
-        ),
+        (Effects(spacecraft_offset=5.0), "spacecraft"),
         (Effects(command_quantisation=2e-4), "compensator"),
     ],
 )

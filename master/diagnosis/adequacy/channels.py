@@ -38,6 +38,9 @@ GUARD = 0.1  # s between what is fitted on and what is predicted
 GUARD_ROWS = 5  # at least
 PREDICTABLE = 0.05  # share from which on something recorded predicts the residual
 PREDICTABLE_HIGH = 0.10  # upper end of its interval, from which on it may
+ROUNDING = (
+    1e-12  # of the deviation of what was measured: what is left below it is arithmetic, and counts as nothing
+)
 WITHIN_FLOOR = 1.3  # rms over the noise floor, up to which nothing but noise is left
 MANY_FLOORS = 3.5  # rms over the noise floor, that no nuisance makes
 HIGHEST = 0.06  # of the sampling rate: frequency of a line
@@ -235,6 +238,9 @@ class Judge:
 
     def _channel(self, i: int, left: Array, *, thorough: bool) -> Adequacy:
         bench = self.study.bench
+        rounding = ROUNDING * float(np.nanstd(self.study.measured[self.rows, i]))
+        if np.sqrt(np.mean(left[self.rows] ** 2)) <= rounding:
+            left = np.zeros_like(left)
         own = left[self.rows]
         predictors = self._predictors(i, left, thorough=thorough) if np.any(own) else []
         return Adequacy(

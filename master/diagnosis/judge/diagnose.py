@@ -249,6 +249,8 @@ def _searched(begun: PartResult, system: CutSystem, case: Case, deadline: Deadli
         study.say("what is left after the effects")
         final = Stage(result.chosen.name, judge.judge(result.fit.predicted))
         result = replace(result, stages=(*result.stages, final))
+        if final.is_adequate:  # the fault that came nearest did not explain the part, these effects do
+            result = replace(result, software_fault=None)
     against = objections(result)
     return replace(result, channel_faults=tuple(_channel_faults(result)), objections=against)
 

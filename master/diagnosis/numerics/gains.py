@@ -26,6 +26,7 @@ from .least_squares import Fit, bounded
 SMALLEST_GAIN = 0.01  # mean gain below which nothing is worth a name
 ERRORS = 2.0  # standard errors that a gain must exceed
 ALPHA = 0.05  # chance of one false effect among all that were tried
+ROUNDING = float(np.finfo(np.float64).eps) ** 2  # power of a scaled residual below which it counts as exact
 
 
 @dataclass(frozen=True)
@@ -94,6 +95,8 @@ def gain(candidate: Fit, base: Array, own: Array) -> Gain:
         base: Power of the base's residual in each block, shape (blocks,).
         own: Power of the candidate's. `z` is the mean over its standard error, see `gain_over`.
     """
+    base = np.maximum(base, ROUNDING)
+    own = np.maximum(own, ROUNDING)
     by_block = np.log(base / own)
     mean = float(by_block.mean())
     error = float(by_block.std(ddof=1) / np.sqrt(len(by_block))) if len(by_block) > 1 else np.inf

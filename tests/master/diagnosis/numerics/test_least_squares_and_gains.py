@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from master.diagnosis.numerics.gains import gain_over, is_accepted, is_worse
+from master.diagnosis.numerics.gains import gain, gain_over, is_accepted, is_worse
 from master.diagnosis.numerics.least_squares import Candidate, FreeParameter, fit
 
 T = np.arange(4000) * 1e-3
@@ -122,3 +122,11 @@ def test_second_law_is_found_beside_the_first_and_no_third():
     assert max(second, key=lambda n: second[n].mean) == "quadratic"
     assert is_accepted(second["quadratic"], len(second), is_first=False)
     assert not any(is_accepted(g, len(third), is_first=False) for g in third.values())
+
+
+@pytest.mark.parametrize(("base", "own", "sign"), [(1.0, 0.0, 1), (0.0, 1.0, -1), (0.0, 0.0, 0)])
+def test_a_gain_over_or_to_an_exact_model_is_a_number(base, own, sign):
+    found = gain(None, np.full(4, base), np.full(4, own))
+
+    assert np.sign(found.mean) == sign
+    assert np.isfinite([found.mean, found.error, found.share, found.z]).all()
