@@ -45,6 +45,7 @@ from .objections import objections
 from .part_result import PartResult
 from .plausible import implausible
 from .refit import refitted
+from .sharp_reversals import with_sharp_reversals
 from .software_fault import is_software, software_fault, ticks_between_rows
 from .stages import REFIT, Stage
 
@@ -244,7 +245,7 @@ def _searched(begun: PartResult, system: CutSystem, case: Case, deadline: Deadli
         deadline.arm()
         result = _explained(result, effects, judge)
         deadline.disarm()
-    result = refitted(_parameters(result))
+    result = refitted(_parameters(with_sharp_reversals(result)))
     if result.has_effect:
         study.say("what is left after the effects")
         final = Stage(result.chosen.name, judge.judge(result.fit.predicted))
