@@ -131,12 +131,12 @@ def _let_out(schedule: Schedule, wire: Wire, step_size: float) -> Entry:
     return Entry(wire.source.name, wire.target.name, least, most, step_size, ())
 
 
-def input_entry(system: System, source: str, target: str, step_size: float) -> Entry:
-    """Return the entry of an input that a recording drives as an FMU does that steps before all others."""
+def input_entry(system: System, source: str, target: str, age: int, step_size: float) -> Entry:
+    """Return the entry of an input that a recording drives, whose values are some ticks old when used."""
     name, _, variable = target.partition(".")
     instance = system.instances.get(name)  # none for an output of the whole system
     own = () if instance is None else _own_delays(instance, variable, step_size)
-    return Entry(source, target, 0, 0, step_size, own)
+    return Entry(source, target, age, age, step_size, own)
 
 
 def _own_delays(target: Instance, variable: str, step_size: float) -> tuple[OwnDelay, ...]:

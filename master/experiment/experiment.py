@@ -88,7 +88,10 @@ class Experiment:
     def ledger(self) -> Ledger:
         """Delays of all connections and loops."""
         ledger = make_ledger(self.system, self.schedule, self.config.step_size)
-        fed = [input_entry(self.system, f.source, f.target, self.config.step_size) for f in self.inputs.feeds]
+        fed = [
+            input_entry(self.system, feed.source, feed.target, feed.age, self.config.step_size)
+            for feed in self.inputs.feeds
+        ]
         return replace(ledger, entries=(*ledger.entries, *fed))
 
     @property

@@ -90,8 +90,8 @@ def _entries_of(experiment: PreparedSystem, owner: str, contents: Mapping[str, b
 
 
 def _is_plain(given: InputFile, content: bytes) -> bool:
-    """Whether columns have the names of their signals, and nothing else is said of the file."""
+    """Whether a component of a recording says all that is said of a file."""
     names = all(signal.partition(".")[2] == c.column and c.unit is None for signal, c in given.map.items())
     is_csv = given.file.lower().endswith(".csv")
     is_time = is_csv and given.time.column == time_column(content) and given.time.unit in (None, "s")
-    return names and is_time and given.array is None
+    return names and is_time and given.array is None and given.at == "start"

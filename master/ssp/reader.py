@@ -222,12 +222,16 @@ def _rules(resolved: Resolved) -> Iterator[str]:
     if next(_recorded(resolved), None) is not None:
         yield (
             "recordings: between two samples a Real lies on the line, others keep the last one; "
-            "the step from t to t + h uses the value at t + h"
+            "the step from t to t + h uses the value at t, as that of any component"
         )
 
 
 def _recorded(resolved: Resolved) -> Iterator[dict[str, Any]]:
-    """Inputs that recordings drive: real numbers lie on a line between two samples, others are held."""
+    """
+    Inputs that recordings drive: real numbers lie on a line between two samples, others are held.
+
+    A recording is one of the components that step side by side: the others get its outputs of before.
+    """
     for owner, recording in resolved.recordings.items():
         columns: dict[str, dict[str, Any]] = {"linear": {}, "hold": {}}
         for name, connector in resolved.connectors.items():
@@ -236,8 +240,13 @@ def _recorded(resolved: Resolved) -> Iterator[dict[str, Any]]:
                 columns[rule][name] = {"column": name.partition(".")[2]}
         for rule, own in columns.items():
             if own:
-                time = {"column": recording.time}
-                yield {"file": recording.member, "time": time, "map": own, "interpolation": rule}
+                yield {
+                    "file": recording.member,
+                    "time": {"column": recording.time},
+                    "map": own,
+                    "interpolation": rule,
+                    "at": "start",
+                }
 
 
 def _connector(connector: ResolvedConnector) -> dict[str, Any]:

@@ -154,13 +154,14 @@ class InputFile(Section):
     A recording that drives inputs which no wire does.
 
     `array` names a table of an NPZ or MAT. Between its samples an input holds the last one, or lies on the
-    line to the next one.
+    line to the next one. A step from t to t + h uses the value `at` its end or its start.
     """
 
     file: str
     time: MeasuredColumn
     map: Annotated[dict[SignalKey, MeasuredColumn], Field(min_length=1)]
     interpolation: Literal["hold", "linear"] = "hold"
+    at: Literal["start", "end"] = "end"
     array: str | None = None
 
 

@@ -122,6 +122,12 @@ def converted(change: Conversion, values: Floats) -> Floats:
     return change.factor * found + change.offset if change.is_scaled else found
 
 
+def later(ticks: int, values: Floats) -> Floats:
+    """Let values act some ticks later; the first one until then."""
+    at = np.maximum(np.arange(len(values)) - ticks, 0)
+    return values[at] if ticks else values
+
+
 def _not_finite(table: Table, name: str) -> Iterator[str]:
     bad = np.flatnonzero(~np.isfinite(table.columns[name]))
     if len(bad):

@@ -23,10 +23,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Feed:
-    """One input under a recording; `source` names file and column."""
+    """One input under a recording; `source` names file and column, `age` counts ticks from it to its use."""
 
     source: str
     target: str
+    age: int = 0
 
 
 @dataclass(frozen=True)
@@ -35,8 +36,8 @@ class MeasuredInputs:
     All inputs under recordings.
 
     `values` has a row for each tick and one more, shape (ticks + 1, inputs), in the units of the inputs: row
-    k holds those at t_k. An input has them as from an FMU that steps before all others. `files` are the
-    recordings on disk by the names that the system has for them.
+    k holds what a step to t_k uses, the value at t_k or at the start of the step, row 0 the first value.
+    `files` are the recordings on disk by the names that the system has for them.
     """
 
     feeds: tuple[Feed, ...] = ()
@@ -60,7 +61,7 @@ def measured_inputs(loaded: LoadedConfig, system: System, grid: Grid) -> Measure
         return MeasuredInputs()
     import numpy as np
 
-    from .input_reader import InputReader, converted
+    from .input_reader import InputReader, converted, later
 
     problems: list[str] = []
     feeds: list[Feed] = []
@@ -80,8 +81,9 @@ def measured_inputs(loaded: LoadedConfig, system: System, grid: Grid) -> Measure
             if into is None or found is None:
                 continue
             for target, on_the_way in targets.items():
-                feeds.append(Feed(f"{given.file}: {column.column}", target))
-                values.append(converted(on_the_way, into.factor * found + into.offset))
+                age = _age(system, target) if given.at == "start" else 0
+                feeds.append(Feed(f"{given.file}: {column.column}", target, age))
+                values.append(later(age, converted(on_the_way, into.factor * found + into.offset)))
     if problems:
         raise ConfigError(dict.fromkeys(problems))
     return MeasuredInputs(tuple(feeds), np.column_stack(values), files) if feeds else MeasuredInputs()
@@ -122,6 +124,12 @@ def _targets(system: System, signal: str, where: str, problems: list[str]) -> di
         problems.append(f"{where}: leads to no FMU, got {signal!r}, expected a connected input")
         return None
     return targets
+
+
+def _age(system: System, target: str) -> int:
+    """Ticks from the start of a step to its end; none for an output of the whole system, which is read."""
+    instance = system.instances.get(SignalName(target).parts[0])
+    return 0 if instance is None else instance.every
 
 
 def _refuse_second_sources(

@@ -75,11 +75,12 @@ def test_a_table_drives_inputs_of_every_type_through_units_and_transformations(t
     )
     result = run(path).result
 
-    assert result["a.y"] == pytest.approx([0.001, 0.002, 0.004, 0.008, 0.016], rel=1e-15)
-    assert result["b.y"] == pytest.approx([1.002, 1.004, 1.008, 1.016, 1.032], rel=1e-15)
-    assert result["a.i_y"].tolist() == [3, 3, 5, 5, 7]
-    assert result["a.b_y"].tolist() == [0, 1, 1, 0, 1]
-    assert result["root.out"] == pytest.approx(result["a.y"], rel=1e-15)
+    # row 1 is what the step from 0 ms makes of the values at 0 ms; the system's output is read at its row
+    assert result["a.y"] == pytest.approx([0.001, 0.001, 0.002, 0.004, 0.008], rel=1e-15)
+    assert result["b.y"] == pytest.approx([1.002, 1.002, 1.004, 1.008, 1.016], rel=1e-15)
+    assert result["a.i_y"].tolist() == [3, 3, 3, 5, 5]
+    assert result["a.b_y"].tolist() == [0, 0, 1, 1, 0]
+    assert result["root.out"] == pytest.approx([0.001, 0.002, 0.004, 0.008, 0.016], rel=1e-15)
     assert np.array_equal(run(path, compiled=True).result.values, result.values)
 
 
@@ -93,8 +94,8 @@ def test_between_samples_a_real_lies_on_the_line_and_an_integer_keeps_the_last_v
     )
     result = run(path).result
 
-    assert result["a.bare_y"].tolist() == pytest.approx([0, 2, 4, 6, 8], abs=1e-14)
-    assert result["a.i_y"].tolist() == [1, 1, 1, 1, 5]
+    assert result["a.bare_y"].tolist() == pytest.approx([0, 0, 2, 4, 6], abs=1e-14)
+    assert result["a.i_y"].tolist() == [1, 1, 1, 1, 1]
     assert any(note.startswith("recordings: between two samples") for note in prepare(path).notes)
 
 
@@ -126,7 +127,7 @@ def test_a_table_in_a_nested_archive_is_read(tmp_path):
         more={"resources/inner.ssp": nested.read_bytes()},
     )
 
-    assert run(path).result["a.bare_y"].tolist() == pytest.approx([1, 2, 4, 8, 16])
+    assert run(path).result["a.bare_y"].tolist() == pytest.approx([1, 1, 2, 4, 8])
 
 
 def test_a_table_may_be_a_mat_file_as_omsimulator_has_it(tmp_path):
@@ -140,7 +141,26 @@ def test_a_table_may_be_a_mat_file_as_omsimulator_has_it(tmp_path):
         more={"resources/x.mat": (tmp_path / "x.mat").read_bytes()},
     )
 
-    assert run(path).result["a.bare_y"].tolist() == pytest.approx([1, 2, 4, 8, 16])
+    assert run(path).result["a.bare_y"].tolist() == pytest.approx([1, 1, 2, 4, 8])
+
+
+def test_a_table_gives_what_an_fmu_with_its_values_gives_next_to_the_others(tmp_path):
+    """The FMU hands its input through in a step, as the table its row; both are components side by side."""
+    path = archive(
+        tmp_path,
+        table(F),
+        component("relay"),
+        component("a"),
+        component("b"),
+        wires=(link("data.F", "a.bare"), link("data.F", "relay.bare"), link("relay.bare_y", "b.bare")),
+    )
+    result = run(path).result
+
+    # the relay is one step late, its reader one more: as many steps as wires between components
+    assert result["relay.bare_y"].tolist() == result["a.bare_y"].tolist()
+    assert result["b.bare_y"].tolist() == pytest.approx([1, 1, 1, 2, 4])
+    ages = {e.target: (e.least, e.most) for e in prepare(path).ledger.entries}
+    assert ages["a.bare"] == ages["relay.bare"] == ages["b.bare"] == (1, 1)
 
 
 F = connector("F", "output", "Real")

@@ -117,6 +117,21 @@ def test_the_ledger_lists_an_input_like_a_wire(write):
     assert (entries["b.u"].source, entries["b.u"].least, entries["b.u"].most) == ("stimulus.csv: F", 0, 0)
 
 
+@pytest.mark.parametrize("every", [1, 2])
+def test_a_step_that_uses_the_value_at_its_start_is_one_step_of_its_fmu_behind_one_at_its_end(write, every):
+    rates = ("b: {source: integrator.fmu}", f"b: {{source: integrator.fmu, every: {every}}}")
+    late, early = write(more=", at: start"), None
+    late.write_text(late.read_text().replace(*rates))
+    entry = next(e for e in prepare(late).ledger.entries if e.target == "b.u")
+    late = values(late)
+    early = write()
+    early.write_text(early.read_text().replace(*rates))
+
+    assert late.tolist() == [U[0]] * every + U[:-every].tolist()
+    assert values(early).tolist() == U.tolist()
+    assert (entry.least, entry.most) == (every, every)
+
+
 FAULTS = [
     ({"t": T[::-1]}, "", "expected it to grow"),
     ({"u": np.where(T == 1.0, np.nan, U)}, "", "row 6, column 'F': got nan, expected a number"),
