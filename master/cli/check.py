@@ -13,6 +13,7 @@ from master.fmi.unpacked import require_runnable
 from .common import (
     CONFIG,
     FLAVOUR,
+    INPUTS,
     JSON,
     SET,
     STEP_SIZE,
@@ -28,6 +29,7 @@ from .common import (
 @CONFIG
 @VARIANT
 @SET
+@INPUTS
 @STEP_SIZE
 @FLAVOUR
 @JSON

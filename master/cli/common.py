@@ -27,6 +27,12 @@ SET = click.option(
     metavar="FMU.PARAMETER=VALUE",
     help="Set a value; may be repeated for other signals.",
 )
+INPUTS = click.option(
+    "--inputs",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="Drive inputs by the columns of a CSV (Parquet, NPZ, MAT) that are called as they are.",
+)
 STEP_SIZE = click.option(
     "--step-size", type=float, metavar="H", help="Step by H seconds instead of the file's step size."
 )

@@ -15,6 +15,7 @@ from master.experiment.prepare import Request, prepare
 from .common import (
     CONFIG,
     FLAVOUR,
+    INPUTS,
     JSON,
     SET,
     STEP_SIZE,
@@ -30,6 +31,7 @@ from .common import (
 @CONFIG
 @VARIANT
 @SET
+@INPUTS
 @STEP_SIZE
 @FLAVOUR
 @JSON

@@ -42,6 +42,7 @@ from master.text.printable import printable
 from .common import (
     CONFIG,
     FLAVOUR,
+    INPUTS,
     JSON,
     SET,
     STEP_SIZE,
@@ -78,6 +79,7 @@ def _pace(_: click.Context, __: click.Parameter, value: float | None) -> float |
 @CONFIG
 @VARIANT
 @SET
+@INPUTS
 @click.option("--stop-time", type=float, metavar="T", help="Stop at T seconds instead of the file's time.")
 @STEP_SIZE
 @FLAVOUR
@@ -118,7 +120,8 @@ def run(config: Path, output: Path | None, as_json: bool, **options: Any) -> Non
     factor, on_overrun, level = options.pop("real_time"), options.pop("on_overrun"), options.pop("level")
     request = Request(**options)
     experiment = prepare_to_run(config, request, show_building)
-    path = output or results_folder(experiment.name, request.variant, request.assignments)
+    given = (*request.assignments, *(() if request.inputs is None else (f"inputs={request.inputs.name}",)))
+    path = output or results_folder(experiment.name, request.variant, given)
     pacer = None if factor is None else Pacer(factor, on_overrun)
     with signals.noted() as interruption, OutputFolder(path) as folder:
         is_long = experiment.grid.n_ticks > _ROWS_IN_MEMORY

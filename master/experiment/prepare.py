@@ -42,6 +42,7 @@ class Request:
     stop_time: float | None = None
     step_size: float | None = None
     flavour: str = "native"
+    inputs: Path | None = None
 
 
 def prepare(
@@ -111,6 +112,7 @@ class _Preparation:
             where = self.loaded.where("events")
             faults = schedule.event_faults(system, scenario.channels())
             self.problems += [f"{where}: {fault}" for fault in faults]
+        loaded = self._with_input_file(loaded, system)
         inputs = self._inputs(loaded, system)
         self._check_phase_lead(system)
         if self.problems or schedule is None:
@@ -220,6 +222,17 @@ class _Preparation:
         except ConfigError as error:
             self.problems += error.problems
         return Scenario()
+
+    def _with_input_file(self, loaded: LoadedConfig, system: System) -> LoadedConfig:
+        if self.request.inputs is None or system.unread:
+            return loaded
+        from master.system.input_option import with_input_file  # reads a table with numpy
+
+        try:
+            return with_input_file(loaded, self.request.inputs, system)
+        except ConfigError as error:
+            self.problems += error.problems
+        return loaded
 
     def _inputs(self, loaded: LoadedConfig, system: System) -> MeasuredInputs:
         config = loaded.config

@@ -5,6 +5,8 @@ from __future__ import annotations
 import csv
 import io
 
+from master.recording.time_column import time_name
+
 _MOST_BYTES = 2**20  # of the first line
 
 
@@ -23,4 +25,4 @@ def time_column(content: bytes) -> str:
         raise ValueError(f"not a table, {error}") from None
     if not names:
         raise ValueError("the file is empty, expected a header with names of columns")
-    return next((name for name in names if name.lower() in ("time", "t")), names[0])
+    return time_name(names)

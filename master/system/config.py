@@ -38,7 +38,7 @@ from master.text.fields import (
 from master.text.scalar import float_of
 from master.text.schema import ONE_OR_MORE
 from master.text.validation import problems_of, validate
-from master.text.yaml_lines import Document, read_yaml
+from master.text.yaml_lines import Document, Place, read_yaml
 
 from .grid import ticks_between
 
@@ -261,7 +261,8 @@ class LoadedConfig:
     `problems` are faults of the file; with any of them, `config` is what is left without them.
     `is_designed`: the values that a design (`dpdc: {design: auto}`) gives are among its values already.
     `units` are those that the file itself defines for connectors of the system, by the connector; `files` are
-    recordings that were unpacked from it, by the name that `inputs` has for them.
+    recordings that were unpacked from it, by the name that `inputs` has for them. `options` names what gave
+    the places that the file does not have.
     """
 
     config: Config
@@ -271,6 +272,7 @@ class LoadedConfig:
     is_designed: bool = False
     units: Mapping[str, Unit] = field(default_factory=dict)
     files: Mapping[str, Path] = field(default_factory=dict)
+    options: Mapping[Place, str] = field(default_factory=dict)
 
     @property
     def folder(self) -> Path:
@@ -278,8 +280,10 @@ class LoadedConfig:
         return self.document.path.parent
 
     def where(self, *place: str | int) -> str:
-        """Name a place in the file."""
-        return self.document.where(place)
+        """Name a place in the file, or what gave it."""
+        nearest = (place[:n] for n in range(len(place), 0, -1))
+        option = next((self.options[known] for known in nearest if known in self.options), None)
+        return self.document.where(place) if option is None else option
 
 
 def read_config(path: Path) -> LoadedConfig:
