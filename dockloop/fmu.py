@@ -132,9 +132,13 @@ def to_fmu(model: Model | str | Path, path: str | Path | None = None, *, flavour
         flavour: `native` (FMI 2.0) or `fmi3` (FMI 3.0).
 
     Raises:
-        ConfigError: If declarations and equations do not agree, with the line that fails, or a tool is
-            missing.
+        ConfigError: If declarations and equations do not agree, with the line that fails, if a tool is
+            missing, or for anything else than a model: a block is a Python function, which an FMU without
+            Python cannot hold.
     """
+    if not isinstance(model, Model | str | Path):
+        wanted = "a model of equations (fmu_sources/README.md) or the path of its Python file"
+        raise ConfigError([Problem("not a model", where="to_fmu", got=repr(model), expected=wanted)])
     from fmu_sources.export.native import NativeBuildError
 
     require_native("to_fmu")

@@ -1,7 +1,7 @@
 """
 A subsystem as a Python function, in a system next to FMUs.
 
-The stepping loop calls it as it calls an FMU, through C functions: a step costs some 10 us instead of one.
+The stepping loop calls it as it calls an FMU, through C functions: about 5 us a step, not below one.
 """
 
 from __future__ import annotations

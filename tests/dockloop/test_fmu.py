@@ -83,3 +83,14 @@ def test_a_mistake_in_a_file_of_ones_own_is_said_with_its_line(tmp_path, text, m
 
     with pytest.raises(dl.ConfigError, match=message):
         dl.to_fmu(tmp_path / "own.py", tmp_path / "own.fmu")
+
+
+@pytest.mark.parametrize("other", [dl.block(["u"], ["y"], lambda t, h, v: {"y": v["u"]}), None, 5, {}])
+def test_what_is_no_model_is_refused_with_what_would_be_one(tmp_path, other):
+    with pytest.raises(dl.ConfigError) as caught:
+        dl.to_fmu(other, tmp_path / "x.fmu")
+
+    [problem] = caught.value.problems
+    assert (problem.where, problem.what, problem.got) == ("to_fmu", "not a model", repr(other))
+    assert "a model of equations" in problem.expected
+    assert not (tmp_path / "x.fmu").exists()
