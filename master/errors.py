@@ -6,7 +6,8 @@ What a user of the master may be told.
       DataError            a recording or a result file is wrong
       FmuError      exit 3 an FMU failed; carries instance, time and status
 
-A run that diverges is no error: its status is `diverged` and its exit status 4.
+A run that diverges is no error: its status is `diverged` and its exit status 4. Neither are runs that differ
+(`compare`, `rerun`): exit status 1.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from difflib import get_close_matches
 from pathlib import PurePath
 from typing import Any
 
+EXIT_DIFFERENT = 1
 EXIT_INPUT = 2
 EXIT_FMU = 3
 EXIT_DIVERGED = 4

@@ -8,6 +8,8 @@ import click
 
 COMMANDS = {
     "run": "run",
+    "rerun": "rerun",
+    "compare": "compare",
     "check": "check",
     "explain": "explain",
     "analyse": "analyse",
@@ -25,7 +27,7 @@ COMMANDS = {
     "doctor": "doctor",
 }
 GROUPS = {
-    "run and look": ("run", "examples"),
+    "run and look": ("run", "compare", "rerun", "examples"),
     "understand a system": ("check", "explain", "analyse", "inspect"),
     "measured data": ("diagnose", "replay"),
     "compensation": ("design-dpdc", "reproduce"),

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import math
 import signal
 import sys
 import time
 from contextlib import ExitStack
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -15,16 +15,16 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from master.api import prepare_to_run
 from master.errors import EXIT_DIVERGED, EXIT_FMU
-from master.evaluation.report import Report, load_libraries, save_run, summary_lines
+from master.evaluation.report import Report, summary_lines
 from master.experiment.experiment import Experiment
 from master.experiment.prepare import Request
-from master.fmi.messages import LEVELS, LogFile
+from master.fmi.messages import LEVELS
+from master.installation import configuration
 from master.process import signals
 from master.process.signals import Interruption
-from master.recording.files import ResultFiles
-from master.recording.folder import LOG, OutputFolder
 from master.recording.names import results_folder
-from master.stepping.apart import simulate_apart
+from master.runs.execute import run_into
+from master.runs.manifest import Described
 from master.stepping.outcome import (
     COMPLETED,
     DIVERGED,
@@ -32,9 +32,7 @@ from master.stepping.outcome import (
     INTERRUPTED,
     OVERRUN,
     TERMINATED,
-    Outcome,
     ProgressCallback,
-    RunOptions,
 )
 from master.stepping.pacing import CONTINUE, STOP, Pacer
 from master.text.printable import printable
@@ -61,7 +59,6 @@ _EXIT = {
     FAILED: EXIT_FMU,
     OVERRUN: EXIT_FMU,
 }
-_ROWS_IN_MEMORY = 100_000
 _SECONDS_A_LOOK = 0.1
 
 
@@ -113,24 +110,34 @@ def _pace(_: click.Context, __: click.Parameter, value: float | None) -> float |
     show_default=True,
     help="Which messages of FMUs go to a file, if there are any.",
 )
+@click.option(
+    "--record",
+    multiple=True,
+    metavar="SIGNAL",
+    help="Save this output alone; may be repeated for others.",
+)
+@click.option(
+    "--every",
+    type=click.IntRange(min=1),
+    metavar="N",
+    help="Save every N-th row, from the first one on.",
+)
 @JSON
 @answers_errors
 def run(config: Path, output: Path | None, as_json: bool, **options: Any) -> None:
     """Step the system that CONFIG describes and save what it computes."""
     factor, on_overrun, level = options.pop("real_time"), options.pop("on_overrun"), options.pop("level")
     request = Request(**options)
+    started = datetime.now(UTC)
     experiment = prepare_to_run(config, request, show_building)
     given = (*request.assignments, *(() if request.inputs is None else (f"inputs={request.inputs.name}",)))
     path = output or results_folder(experiment.name, request.variant, given)
     pacer = None if factor is None else Pacer(factor, on_overrun)
-    with signals.noted() as interruption, OutputFolder(path) as folder:
-        is_long = experiment.grid.n_ticks > _ROWS_IN_MEMORY
-        streamed = ResultFiles(path) if is_long else None
-        log_file = None if level == "none" else LogFile(folder.path / LOG, level)
-        outcome = _simulate(experiment, pacer, streamed, interruption, log_file)
-        if log_file is not None:
-            log_file.close()
-        report = save_run(experiment, outcome, folder, streamed, interruption)
+    described = Described(str(config), configuration(config), request, experiment, started)
+    with ExitStack() as stack:
+        report, interruption = run_into(
+            described, path, lambda: shown(experiment, stack), pacer, None if level == "none" else level
+        )
     _answer(report, as_json)
     sys.exit(_exit_status(report, interruption))
 
@@ -141,37 +148,7 @@ def _exit_status(report: Report, interruption: Interruption) -> int:
     return _EXIT[report.status]
 
 
-def _simulate(
-    experiment: Experiment,
-    pacer: Pacer | None,
-    sink: ResultFiles | None,
-    interruption: Interruption,
-    log_file: LogFile | None,
-) -> Outcome:
-    grid = experiment.grid
-    options = RunOptions(
-        limits=experiment.limits,
-        compared=experiment.compared,
-        scenario=experiment.scenario,
-        inputs=experiment.inputs,
-        pacer=pacer,
-        sink=sink,
-        keep_every=1 if sink is None else math.ceil(grid.n_ticks / _ROWS_IN_MEMORY),
-    )
-    with ExitStack() as stack:
-        return simulate_apart(
-            experiment.system,
-            experiment.schedule,
-            grid,
-            options,
-            interruption,
-            lambda: _shown(experiment, stack),
-            log_file,
-            load_libraries,
-        )
-
-
-def _shown(experiment: Experiment, stack: ExitStack) -> ProgressCallback:
+def shown(experiment: Experiment, stack: ExitStack) -> ProgressCallback:
     """Show a progress bar until the stack ends; return what moves it on."""
     grid = experiment.grid
     columns = (

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import asdict, dataclass, field, replace
 from importlib import import_module
@@ -18,6 +19,9 @@ from master.stepping.outcome import COMPLETED, FAILED, INTERRUPTED, TERMINATED, 
 
 from .metrics import Metrics, compute_metrics
 from .plots import plot_run
+
+MoreFiles = Callable[[Outcome, OutputFolder], dict[str, str]]
+"""Writes files into the folder of a run; returns them by kind."""
 
 _LIBRARIES = ("pyarrow.csv", "pyarrow.parquet", "matplotlib.figure", "matplotlib.backends.backend_agg")
 
@@ -59,14 +63,16 @@ def save_run(
     folder: OutputFolder,
     streamed: ResultFiles | None = None,
     interruption: Interruption | None = None,
+    more: MoreFiles | None = None,
 ) -> Report:
     """
     Write result files (or end those streamed during the run), picture and summary.json; return the summary.
 
     What the disk does not take is said in the summary, whose status is `failed` then; a run that is
-    interrupted while it is saved is `interrupted`.
+    interrupted while it is saved is `interrupted`. `more` writes what else belongs into the folder, when the
+    rows are there.
     """
-    files, fault = _save_rows(outcome, folder, streamed)
+    files, fault = _save_rows(experiment, outcome, folder, streamed)
     if os.path.exists(folder.path / LOG):
         files["log"] = str(folder.shown / LOG)
     if fault and outcome.error is None:
@@ -75,12 +81,24 @@ def save_run(
     if interruption and outcome.status in (COMPLETED, TERMINATED):
         outcome = replace(outcome, status=INTERRUPTED)
     notes = [*experiment.notes, *notes] + ([fault] if fault and outcome.error is not None else [])
+    if more is not None:
+        written, said = _written(more, outcome, folder)
+        files |= written
+        notes += said
     report = replace(_summarise(experiment, outcome, files, metrics), notes=notes)
     return _write_summary(report, folder)
 
 
+def _written(more: MoreFiles, outcome: Outcome, folder: OutputFolder) -> tuple[dict[str, str], list[str]]:
+    """Write further files; a note where the disk does not take them."""
+    try:
+        return more(outcome, folder), []
+    except OSError as error:
+        return {}, [f"{folder.shown}: cannot be written: {reason(error)}"]
+
+
 def _save_rows(
-    outcome: Outcome, folder: OutputFolder, streamed: ResultFiles | None
+    experiment: Experiment, outcome: Outcome, folder: OutputFolder, streamed: ResultFiles | None
 ) -> tuple[dict[str, str], str]:
     """Save all rows; return the files that exist, and what went wrong."""
     fault = outcome.storage_fault
@@ -91,7 +109,7 @@ def _save_rows(
             fault = fault or said
             folder.secure()
         if streamed is None:
-            write_result(outcome.result, folder.shown)
+            write_result(experiment.selection.of(outcome.result), folder.shown)
         elif fault:
             streamed.rescue(folder.shown)
         else:

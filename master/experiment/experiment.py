@@ -8,6 +8,7 @@ from master.coupling.algebraic import algebraic_loops
 from master.coupling.ledger import Ledger, input_entry, make_ledger
 from master.coupling.schedule import Schedule
 from master.fmi.values import alias_notes, start_notes
+from master.recording.selection import Selection
 from master.system.config import Compare, Config, PhaseLead
 from master.system.graph import System
 from master.system.grid import Grid
@@ -26,7 +27,8 @@ class Experiment:
 
     `config` is what was read, for writing the system again; all that a run or an analysis needs of it has a
     name here. `overridden` are the signals that a variant or `--set` gave a value; `remarks` say how the
-    file was read; `is_designed` if the values of a phase lead are those of an earlier design.
+    file was read; `is_designed` if the values of a phase lead are those of an earlier design;
+    `selection` is what goes to the result files.
     """
 
     config: Config
@@ -38,6 +40,7 @@ class Experiment:
     remarks: tuple[str, ...] = ()
     is_designed: bool = False
     inputs: MeasuredInputs = field(default_factory=MeasuredInputs)
+    selection: Selection = field(default_factory=Selection)
 
     @property
     def name(self) -> str:

@@ -16,7 +16,9 @@ from master.errors import ConfigError, Problem, nearest
 from master.fmi.description import Description
 from master.fmi.description_reader import read_description
 from master.installation import configuration
+from master.recording.selection import Selection
 from master.ssp.names import SUFFIXES
+from master.stepping.recorded import recorded_ports
 from master.system.config import UNKNOWN_SOURCE, LoadedConfig, read_config, with_times
 from master.system.graph import Descriptions, System, join
 from master.system.grid import Grid
@@ -43,6 +45,8 @@ class Request:
     step_size: float | None = None
     flavour: str = "native"
     inputs: Path | None = None
+    record: tuple[str, ...] = ()
+    every: int | None = None
 
 
 def prepare(
@@ -115,6 +119,7 @@ class _Preparation:
         loaded = self._with_input_file(loaded, system)
         inputs = self._inputs(loaded, system)
         self._check_phase_lead(system)
+        selection = self._selection(system)
         if self.problems or schedule is None:
             raise ConfigError(self.problems)
         return Experiment(
@@ -127,6 +132,7 @@ class _Preparation:
             remarks=loaded.notes,
             is_designed=loaded.is_designed,
             inputs=inputs,
+            selection=selection,
         )
 
     def _with_times(self) -> LoadedConfig:
@@ -242,6 +248,32 @@ class _Preparation:
         except ConfigError as error:
             self.problems += error.problems
         return MeasuredInputs()
+
+    def _selection(self, system: System) -> Selection:
+        """What goes to the result files: as the file says, `--record` and `--every` over it."""
+        record = self.loaded.config.record
+        if self.request.record:
+            named = [("--record", signal) for signal in self.request.record]
+        else:
+            where = self.loaded.where("record", "signals")
+            named = [(where, str(signal)) for signal in record.signals]
+        chosen: list[str] = []
+        for where, signal in named:
+            chosen += self._recorded(system, where, signal)
+        every = record.every if self.request.every is None else self.request.every
+        return Selection(tuple(dict.fromkeys(chosen)), every)
+
+    def _recorded(self, system: System, where: str, signal: str) -> list[str]:
+        """Names of the columns that a signal is: its own, or those of the elements of an array."""
+        known = [port.name for port in recorded_ports(system)]
+        instance, _, variable = signal.partition(".")
+        described = system.descriptions.get(instance)
+        elements = () if described is None else described.arrays.get(variable, ())
+        found = [name for name in (signal, *(f"{instance}.{v.name}" for v in elements)) if name in known]
+        if not found and instance not in system.unread:
+            expected = nearest(signal, known)
+            self.problems.append(Problem("no such output", where=where, got=repr(signal), expected=expected))
+        return found
 
     def _check_phase_lead(self, system: System) -> None:
         """Refuse a phase lead that cannot be designed, unless it is switched off."""

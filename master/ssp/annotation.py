@@ -16,7 +16,7 @@ from .prepared import PreparedSystem
 from .structure import Annotation
 
 # parts of a configuration that are kept as they are
-PARTS = ("coupling", "compare", "dpdc", "events", "inputs", "limits", "variants")
+PARTS = ("coupling", "compare", "dpdc", "events", "inputs", "limits", "record", "variants")
 # parts that the structure itself holds
 _SAID_BY_SSP = (
     "name",

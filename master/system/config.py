@@ -165,6 +165,18 @@ class InputFile(Section):
     array: str | None = None
 
 
+class Record(Section):
+    """What goes to the result files: these outputs (all, if none is named), every n-th row from the first."""
+
+    signals: list[Signal] = Field([], json_schema_extra=ONE_OR_MORE)
+    every: Annotated[Integer, Field(ge=1, le=MOST_EVERY)] = 1
+
+    @field_validator("signals", mode="before")
+    @classmethod
+    def _one_or_more(cls, value: Any) -> Any:
+        return [value] if isinstance(value, str) else value
+
+
 class PhaseLead(Section):
     """
     The DPDC of an FMU, designed from the plant before the run; ranges of m_s, m_e, k_m, k_p.
@@ -213,6 +225,7 @@ class Config(Section):
     events: list[Event] = []
     inputs: list[InputFile] = Field([], json_schema_extra=ONE_OR_MORE)
     limits: dict[SignalKey, Positive] = {}
+    record: Record = Record(signals=[])
 
     @classmethod
     def stand_in(cls, key: str, data: Mapping[str, Any]) -> Any:

@@ -1,0 +1,286 @@
+"""The manifest of a run: what it was made of, where and when, so that it can be repeated and judged."""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+import subprocess
+import sys
+from dataclasses import asdict, dataclass, field
+from datetime import UTC, datetime
+from functools import cache
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from master.errors import DataError
+from master.experiment.experiment import Experiment
+from master.experiment.prepare import Request
+from master.installation import IS_CHECKOUT, SHIPPED
+from master.recording.folder import CSV, MANIFEST, PARQUET, PARTS
+from master.recording.whole_file import write_whole
+from master.ssp.names import SUFFIXES
+
+from .hashes import sha256
+
+FORMAT = 1
+_PACKAGES = ("numpy", "numba", "pyarrow")
+
+
+class _Part(BaseModel):
+    """Base of the manifest's parts; keys that a later version adds are kept out of the way."""
+
+    model_config = ConfigDict(extra="ignore", frozen=True)
+
+
+class HashedFile(_Part):
+    """A file by its path (None: within an archive), and its SHA-256."""
+
+    path: str | None
+    sha256: str
+
+
+class HashedFmu(HashedFile):
+    """An FMU's file and the `source` that the configuration names."""
+
+    source: str
+
+
+class Asked(_Part):
+    """What the run was asked for in addition to its file; see `Request`."""
+
+    variant: str | None = None
+    assignments: tuple[str, ...] = ()
+    stop_time: float | None = None
+    step_size: float | None = None
+    flavour: str = "native"
+    record: tuple[str, ...] = ()
+    every: int | None = None
+
+    def request(self) -> Request:
+        """Return it as a request."""
+        return Request(**self.model_dump())
+
+
+class Manifest(_Part):
+    """
+    What a run was made of.
+
+    `configuration` is as it was given (a name or a path) and as a file; `set` of `asked` are `assignments`.
+    `seeds` are those of FMUs (parameters whose names contain `seed`) and of events, `results` the hashes of
+    the result files, `duration` the time of the whole run with its saving [s].
+    """
+
+    format: int
+    command: tuple[str, ...]
+    given: str
+    configuration: HashedFile
+    asked: Asked
+    dockloop: dict[str, Any]
+    fmus: dict[str, HashedFmu]
+    inputs: dict[str, HashedFile]
+    seeds: dict[str, int]
+    machine: dict[str, Any]
+    started: str
+    duration: float
+    status: str
+    steps: int
+    results: dict[str, str]
+
+
+@dataclass(frozen=True)
+class Ingredients:
+    """What goes into a run: the hashes of its files, and its seeds."""
+
+    configuration: HashedFile
+    fmus: dict[str, HashedFmu]
+    inputs: dict[str, HashedFile]
+    seeds: dict[str, int]
+
+
+@dataclass
+class Described:
+    """
+    A run that is going on, as its manifest will describe it.
+
+    `given` is the configuration as the user named it, `path` its file.
+    """
+
+    given: str
+    path: Path
+    request: Request
+    experiment: Experiment
+    started: datetime = field(default_factory=lambda: datetime.now(UTC))
+    _ingredients: Ingredients | None = None
+
+    def look(self) -> Ingredients:
+        """Hash what goes into the run; once, however often it is called."""
+        if self._ingredients is None:
+            self._ingredients = ingredients(self.path, self.experiment)
+            _program()
+        return self._ingredients
+
+    def manifest(self, status: str, steps: int, folder: Path) -> Manifest:
+        """Describe the run when its results are in a folder."""
+        found = self.look()
+        return Manifest(
+            format=FORMAT,
+            command=command(self.given, self.request),
+            given=self.given,
+            configuration=found.configuration,
+            asked=Asked(**asdict(self.request)),
+            dockloop=_program(),
+            fmus=found.fmus,
+            inputs=found.inputs,
+            seeds=found.seeds,
+            machine=_machine(),
+            started=self.started.isoformat(timespec="milliseconds"),
+            duration=(datetime.now(UTC) - self.started).total_seconds(),
+            status=status,
+            steps=steps,
+            results=result_hashes(folder),
+        )
+
+
+def ingredients(path: Path, experiment: Experiment) -> Ingredients:
+    """
+    Hash what goes into a run.
+
+    Raises:
+        OSError: If a file cannot be read.
+    """
+    is_archive = path.suffix.lower() in SUFFIXES
+    fmus: dict[str, HashedFmu] = {}
+    for name, instance in experiment.system.instances.items():
+        file = instance.description.path
+        shown = None if is_archive else str(file.absolute())
+        fmus[name] = HashedFmu(path=shown, sha256=sha256(file), source=experiment.config.fmus[name].source)
+    inputs = {
+        name: HashedFile(path=None if is_archive else str(file.absolute()), sha256=sha256(file))
+        for name, file in experiment.inputs.files.items()
+    }
+    configuration = HashedFile(path=str(path.absolute()), sha256=sha256(path))
+    return Ingredients(configuration, fmus, inputs, _seeds(experiment))
+
+
+def command(given: str, request: Request) -> tuple[str, ...]:
+    """Words of the command that makes a run."""
+    words = ["dockloop", "run", given]
+    if request.variant is not None:
+        words += ["--variant", request.variant]
+    for assignment in request.assignments:
+        words += ["--set", assignment]
+    if request.stop_time is not None:
+        words += ["--stop-time", repr(request.stop_time)]
+    if request.step_size is not None:
+        words += ["--step-size", repr(request.step_size)]
+    if request.flavour != "native":
+        words += ["--flavour", request.flavour]
+    for signal in request.record:
+        words += ["--record", signal]
+    if request.every is not None:
+        words += ["--every", str(request.every)]
+    return tuple(words)
+
+
+def result_hashes(folder: Path) -> dict[str, str]:
+    """Hash the result files that are in a folder."""
+    names = [CSV, PARQUET, *sorted(part.name for part in folder.glob(PARTS))]
+    return {name: sha256(folder / name) for name in names if (folder / name).is_file()}
+
+
+def write_manifest(manifest: Manifest, folder: Path) -> Path:
+    """
+    Write a manifest into the folder of its run.
+
+    Raises:
+        OSError: If it cannot be written; there is none then.
+    """
+    path = folder / MANIFEST
+    write_whole(path, json.dumps(manifest.model_dump(mode="json"), indent=2) + "\n")
+    return path
+
+
+def read_manifest(folder: Path) -> Manifest:
+    """
+    Read the manifest of a results folder.
+
+    Raises:
+        DataError: If there is none, or it is damaged or of another format.
+    """
+    path = folder / MANIFEST
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        expected = "the results folder of a run"
+        raise DataError(f"{folder}: no {MANIFEST}, expected {expected}") from None
+    except (OSError, ValueError) as error:
+        raise DataError(f"{path}: cannot be read as a manifest: {error}") from None
+    if isinstance(content, dict) and content.get("format") != FORMAT:
+        raise DataError(f"{path}: format, got {content.get('format')!r}, expected {FORMAT}")
+    try:
+        return Manifest.model_validate(content)
+    except ValidationError as error:
+        places = ", ".join(".".join(map(str, e["loc"])) or "the whole" for e in error.errors())
+        raise DataError(f"{path}: not a manifest, got faults at {places}") from None
+
+
+def _seeds(experiment: Experiment) -> dict[str, int]:
+    seeds: dict[str, int] = {}
+    for name, instance in experiment.system.instances.items():
+        for variable in instance.description.variables:
+            if variable.causality in ("parameter", "structuralParameter") and "seed" in variable.name.lower():
+                value = instance.value_of(variable.name)
+                if isinstance(value, int | float) and float(value).is_integer():
+                    seeds[f"{name}.{variable.name}"] = int(value)
+    for i, event in enumerate(experiment.config.events):
+        if event.jitter:
+            seeds[f"events[{i}]"] = int(event.seed)
+    return seeds
+
+
+@cache
+def _program() -> dict[str, Any]:
+    """Version of dockloop; in a checkout the commit, and whether files differ from it."""
+    found: dict[str, Any] = {"version": _version("dockloop")}
+    if IS_CHECKOUT:
+        commit = _git("rev-parse", "HEAD")
+        changed = _git("status", "--porcelain", "--untracked-files=no")
+        found |= {"commit": commit, "modified": None if changed is None else bool(changed)}
+    return found
+
+
+def _git(*words: str) -> str | None:
+    """Output of a git command in the checkout; None where git or its folder is missing."""
+    environment = {k: v for k, v in os.environ.items() if not k.startswith("GIT_")}
+    try:
+        done = subprocess.run(
+            ["git", "--no-optional-locks", "-C", str(SHIPPED), *words],
+            capture_output=True,
+            text=True,
+            check=True,
+            timeout=10.0,
+            env=environment,
+        )
+    except (OSError, subprocess.SubprocessError):
+        return None
+    return done.stdout.strip()
+
+
+def _machine() -> dict[str, Any]:
+    packages = {name: _version(name) for name in _PACKAGES}
+    return {
+        "platform": platform.platform(),
+        "processor": platform.machine(),
+        "python": sys.version.split()[0],
+    } | (packages)
+
+
+def _version(package: str) -> str | None:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return None
