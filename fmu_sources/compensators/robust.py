@@ -45,7 +45,6 @@ Valid    One axis. Where a stiffness varies with time and the lag of the sensor 
 
 from __future__ import annotations
 
-import math
 from typing import Any, NamedTuple
 
 from ..compensator.difference import process_parameters
@@ -53,6 +52,7 @@ from ..docking_contact.equations import PARAMETERS as CONTACT_PARAMETERS
 from ..framework.arithmetic import Arithmetic
 from ..framework.model import Model, SlotFunction, Values, no_effect
 from ..framework.variables import Variable, declare, parameter, sampled, state, switch, vector
+from .plant import M_S, PLANT, T_F_HAT, four_poles, inverse
 from .plugs import INPUTS, OUTPUTS, SAMPLE_TIME, TERMINALS
 
 BILINEAR = 0.5
@@ -85,12 +85,9 @@ TINY = 1e-30
 
 PARAMETERS = declare(
     [v for v in CONTACT_PARAMETERS if not v.name.startswith("k_p_")],
-    parameter("m_s", 820.0, "kg", "Mass of the spacecraft as in its model", above=0.0),
-    parameter("T_f_hat", 0.01, "s", "Believed time constant of the force sensor", minimum=0.0),
-    parameter("K_p", 30.0, "1/s", "Believed gain of the position loop of the motion simulator", above=0.0),
-    parameter("w_v", 40.0 * math.pi, "rad/s", "Believed natural frequency of its velocity loop", above=0.0),
-    parameter("z", 0.8, "1", "Believed damping ratio of its velocity loop", above=0.0),
-    parameter("dead_time", 0.002, "s", "Believed dead time of its command", minimum=0.0),
+    M_S,
+    T_F_HAT,
+    PLANT,
     parameter(
         "latency_tolerance",
         -1.0,
@@ -262,14 +259,6 @@ class Regressors(NamedTuple):
     second: Any
 
 
-class Inverse(NamedTuple):
-    """Taylor coefficients of 1/M [s, s^2, s^3]."""
-
-    d1: Any
-    d2: Any
-    d3: Any
-
-
 def prior(p: Any, m: Arithmetic) -> Prior:
     """Return loop frequency, loss and stiffness of the prior, and what a time error is put down to."""
     K = p.k_m + p.k_p
@@ -282,19 +271,6 @@ def prior(p: Any, m: Arithmetic) -> Prior:
     damping = p.damping_tolerance * t_s
     variance = latency * latency + damping * damping
     return Prior(w_1, t_s, k, variance, latency * latency / (variance + TINY))
-
-
-def inverse(p: Any) -> Inverse:
-    """Return the coefficients of 1/M, dead time and hold of the command included."""
-    tau = p.dead_time + 0.5 * p.sample_time
-    b1 = 1.0 / p.K_p
-    b2 = 2.0 * p.z / (p.w_v * p.K_p)
-    b3 = 1.0 / (p.w_v * p.w_v * p.K_p)
-    return Inverse(
-        b1 + tau,
-        b2 + tau * b1 + tau * tau / 2.0,
-        b3 + tau * b2 + tau * tau / 2.0 * b1 + tau * tau * tau / 6.0,
-    )
 
 
 def estimated(old: Estimate, h: Regressors, z: Any, R: Any) -> Estimate:
@@ -318,15 +294,6 @@ def _larger(a: Any, b: Any, m: Arithmetic) -> Any:
 
 def _smaller(a: Any, b: Any, m: Arithmetic) -> Any:
     return m.where(a < b, a, b)
-
-
-def _four_poles(stages: Any, u: Any, share: Any) -> tuple[Any, ...]:
-    """Step four equal low-passes in a row."""
-    found = []
-    for stage in stages:
-        u = stage + share * (u - stage)
-        found.append(u)
-    return tuple(found)
 
 
 def _second_order(stages: Any, u: Any, w: Any, T: Any) -> tuple[Any, Any]:
@@ -437,8 +404,8 @@ def _latency(x: Any, f: Any, y_a: Any, noise: Any, known: Prior, p: Any, m: Arit
     """Return the memory of the slow identification, and the latency error [s] that is adopted."""
     T = p.sample_time
     share = 1.0 - m.exp(-p.slow_prefilter * known.w_1 * T)
-    F = _four_poles(x.F, f, share)
-    A = _four_poles(x.A, y_a, share)
+    F = four_poles(x.F, f, share)
+    A = four_poles(x.A, y_a, share)
     der_A = (A[3] - x.A[3]) / T
     level = A[3] * A[3] + der_A * der_A / (known.w_1 * known.w_1)
     h = Regressors(-(A[3] - known.t_s * der_A), -der_A)
@@ -545,8 +512,8 @@ def _command(x: Any, u: Any, a: Any, known: Prior, p: Any, m: Arithmetic) -> Val
     j = (a - x.a_1) / T
     s_cmd = (1.0 + x.g) * (u.s_des + d.d1 * v + d.d2 * a + d.d3 * j) + x.h * (v + d.d1 * a + d.d2 * j)
     share = 1.0 - m.exp(-p.plant_prefilter * known.w_1 * T)
-    S_cmd = _four_poles(x.S_cmd, s_cmd, share)
-    S_act = _four_poles(x.S_act, u.s_act, share)
+    S_cmd = four_poles(x.S_cmd, s_cmd, share)
+    S_act = four_poles(x.S_act, u.s_act, share)
     S = S_act[3]
     once, twice, thrice = S - x.S_1, S - 2.0 * x.S_1 + x.S_2, S - 3.0 * (x.S_1 - x.S_2) - x.S_3
     der_1 = (once + twice / 2.0 + thrice / 3.0) / T

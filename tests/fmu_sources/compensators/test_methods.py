@@ -17,7 +17,7 @@ from fmu_sources.framework.variables import Role
 
 FOLDER = Path(fmu_sources.__file__).parent / "compensators"
 METHODS = [name for name, path in model_files().items() if path.parent == FOLDER]
-PREDICTING = ("robust",)
+PREDICTING = ("amb", "ats", "inverse3", "qi", "robust", "smith", "tdpa")
 T = 1e-3
 each_method = pytest.mark.parametrize("name", METHODS)
 
@@ -133,4 +133,4 @@ def test_the_defaults_are_those_of_the_default_loop():
 def test_the_table_of_methods_names_each_once():
     rows = re.findall(r"^\| `(\w+)\.py` \|", (FOLDER / "README.md").read_text(), re.MULTILINE)
 
-    assert sorted(rows) == sorted([*METHODS, "plugs"])
+    assert sorted(rows) == sorted([*METHODS, "plant", "plugs"])
