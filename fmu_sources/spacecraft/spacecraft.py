@@ -9,14 +9,17 @@ One sampling period T, with the force that is set before it:
     semi_implicit    v(k+1) = v(k) + T f/m_s     s(k+1) = s(k) + T v(k+1)
     zero_order_hold  v(k+1) = v(k) + T f/m_s     s(k+1) = s(k) + T v(k) + T^2 f/(2 m_s)
     explicit_euler   v(k+1) = v(k) + T f/m_s     s(k+1) = s(k) + T v(k)
+    leapfrog         as semi_implicit, but for the first impulse, which is halved: v(1) = v(0) + T f/(2 m_s)
 
 Inputs   f [N]
 Outputs  s_des [m], v_des [m/s]      the states
-States   s_des [m], v_des [m/s]      start: 0, settable
+States   s_des [m], v_des [m/s]      start: 0, settable; has_started [1], start: 0
 Source   Paper, Sec. III-A, Eqs. 1-2; integrators: Hairer, Lubich, Wanner, Geometric Numerical Integration,
          Sec. I.1.
 Deviation  Eq. 1 names the measured force; with compensation it is the compensated one.
-Valid    One axis, no gravity, no torque. In a loop the three forms differ by force delays of 0, T/2 and T.
+Valid    One axis, no gravity, no torque. In a loop the first three forms differ by force delays of 0, T/2, T.
+         semi_implicit takes v(0) for the velocity half a period before the start and adds the motion of an
+         impulse T f(0)/2; leapfrog starts that velocity right, and its v_des is half a period before s_des.
 """
 
 from __future__ import annotations
@@ -35,6 +38,7 @@ class Integrator(IntEnum):
     semi_implicit = 1
     zero_order_hold = 2
     explicit_euler = 3
+    leapfrog = 4
 
 
 class Spacecraft(Model):
@@ -49,13 +53,14 @@ class Spacecraft(Model):
         input_("f", "N", "Force on the spacecraft"),
         sampled(state("s_des", "m", "Desired displacement", output=True)),
         sampled(state("v_des", "m/s", "Desired velocity", output=True)),
+        sampled(state("has_started", "1", "1 after the first sampling period"), hidden=True),
     )
     delays = (
         Delay(
             input="f",
             kind="integrator",
             by="integrator",
-            steps={"semi_implicit": -1.0, "zero_order_hold": -0.5, "explicit_euler": 0.0},
+            steps={"semi_implicit": -1.0, "zero_order_hold": -0.5, "explicit_euler": 0.0, "leapfrog": -1.0},
             reason="the force acts from the start of the step, spread by the integrator",
         ),
     )
@@ -63,10 +68,11 @@ class Spacecraft(Model):
 
     def update(self, t: Any, x: Any, u: Any, p: Any, m: Arithmetic, slot: SlotFunction = no_effect) -> Values:
         T = p.sample_time
-        dv = T * u.f / p.m_s
+        is_halved = m.both(p.integrator == Integrator.leapfrog, x.has_started == 0.0)
+        dv = m.where(is_halved, 0.5, 1.0) * (T * u.f / p.m_s)
         v_des = x.v_des + dv
-        v_mean = m.pick((v_des, x.v_des + 0.5 * dv, x.v_des), p.integrator - 1)
-        return {"s_des": x.s_des + T * v_mean, "v_des": v_des}
+        v_mean = m.pick((v_des, x.v_des + 0.5 * dv, x.v_des, v_des), p.integrator - 1)
+        return {"s_des": x.s_des + T * v_mean, "v_des": v_des, "has_started": 1.0}
 
 
 MODEL = Spacecraft()

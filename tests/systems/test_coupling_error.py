@@ -80,7 +80,7 @@ def test_the_projects_fmus_fall_with_the_first_power_of_the_step(name, extrapola
 
 
 # velocity [m/s] over h f0/m_s that the first step of an integrator has at the start: v is half a step off
-START_OF = {"semi_implicit": 0.5, "zero_order_hold": 0.0, "explicit_euler": -0.5}
+START_OF = {"semi_implicit": 0.5, "zero_order_hold": 0.0, "explicit_euler": -0.5, "leapfrog": 0.0}
 
 
 def predicted(experiment, integrator):
@@ -98,7 +98,9 @@ def predicted(experiment, integrator):
 
 
 CASES = [(*scheme, "semi_implicit") for scheme in loop.SCHEMES] + [
-    (name, 0, integrator) for name in loop.ORDERS for integrator in ("zero_order_hold", "explicit_euler")
+    (name, 0, integrator)
+    for name in loop.ORDERS
+    for integrator in ("zero_order_hold", "explicit_euler", "leapfrog")
 ]
 
 

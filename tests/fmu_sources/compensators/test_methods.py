@@ -17,6 +17,7 @@ from fmu_sources.framework.variables import Role
 
 FOLDER = Path(fmu_sources.__file__).parent / "compensators"
 METHODS = [name for name, path in model_files().items() if path.parent == FOLDER]
+PREDICTING = ("amb", "ats", "inverse3", "qi", "robust", "smith", "tdpa")
 T = 1e-3
 each_method = pytest.mark.parametrize("name", METHODS)
 
@@ -54,12 +55,22 @@ def test_terminals_name_variables_that_exist(name):
     assert {v for t in load(name).terminals for v in t.members.values()} <= names
 
 
-@each_method
+@pytest.mark.parametrize("name", [name for name in METHODS if name not in PREDICTING])
 def test_at_rest_without_delay_to_undo_a_method_changes_nothing(name):
     instance = started(name, s_des=0.01, s_act=0.01, f_mea=-30.0)
 
     assert (instance["f_comp"], instance["s_cmd"]) == (-30.0, 0.01)
     assert stepped(instance, 0) == (-30.0, 0.01)
+
+
+@pytest.mark.parametrize("name", PREDICTING)
+def test_without_force_and_elongation_a_predicting_method_changes_nothing(name):
+    """These lead the motion that the force is about to make, so that rest is where there is no force."""
+    instance = started(name, s_des=0.01, s_act=0.01, x=0.01)
+
+    assert (instance["f_comp"], instance["s_cmd"]) == (0.0, 0.01)
+    for k in range(20):
+        assert stepped(instance, k) == pytest.approx((0.0, 0.01), abs=1e-15)
 
 
 def test_the_virtual_damper_brakes_with_stiffness_times_latency():
@@ -122,4 +133,4 @@ def test_the_defaults_are_those_of_the_default_loop():
 def test_the_table_of_methods_names_each_once():
     rows = re.findall(r"^\| `(\w+)\.py` \|", (FOLDER / "README.md").read_text(), re.MULTILINE)
 
-    assert sorted(rows) == sorted([*METHODS, "plugs"])
+    assert sorted(rows) == sorted([*METHODS, "plant", "plugs"])

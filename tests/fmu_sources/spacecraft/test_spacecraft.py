@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import math
+
 import pytest
 
 from fmu_sources.framework.instance import Instance, ModelError
@@ -59,6 +61,43 @@ def test_under_constant_force_the_integrators_are_half_a_step_apart(integrator, 
     assert spacecraft["s_des"] == pytest.approx(f / m_s * (t * t / 2 + steps_early * T * t), rel=1e-12)
 
 
+def test_leapfrog_under_constant_force_is_on_the_parabola():
+    """Exact at every instant: s = f t^2/(2 m_s); v_des is that of half a period before."""
+    m_s, f = 200.0, 30.0
+    spacecraft = make(m_s=m_s, f=f, integrator=Integrator.leapfrog)
+    for k in range(1, 201):
+        spacecraft.step((k - 1) * T, T)
+        assert spacecraft["s_des"] == pytest.approx(f / m_s * (k * T) ** 2 / 2.0, rel=1e-12)
+        assert spacecraft["v_des"] == pytest.approx(f / m_s * (k - 0.5) * T, rel=1e-12)
+
+
+def test_leapfrog_on_a_spring_starts_at_the_turning_point():
+    """With s = cos(k theta), cos(theta) = 1 - (w T)^2/2; semi_implicit adds -tan(theta/2) sin(k theta)."""
+    m_s, k_spring = 1000.0, 267_000.0
+    theta = math.acos(1.0 - k_spring / m_s * T * T / 2.0)
+    starts = {Integrator.leapfrog: 0.0, Integrator.semi_implicit: math.tan(theta / 2.0)}
+    for integrator, amplitude in starts.items():
+        spacecraft = make(m_s=m_s, s_des=1.0, f=-k_spring, integrator=integrator)
+        for k in range(1, 1001):
+            spacecraft.step((k - 1) * T, T)
+            expected = math.cos(k * theta) - amplitude * math.sin(k * theta)
+            assert spacecraft["s_des"] == pytest.approx(expected, abs=1e-9)
+            spacecraft["f"] = -k_spring * spacecraft["s_des"]
+
+
+def test_leapfrog_halves_the_first_impulse_again_after_a_new_start():
+    spacecraft = make(m_s=200.0, f=1000.0, integrator=Integrator.leapfrog)
+    spacecraft.step(0.0, T)
+    first = spacecraft["v_des"]
+    spacecraft.step(T, T)
+    spacecraft.reset()
+    spacecraft["m_s"], spacecraft["f"], spacecraft["integrator"] = 200.0, 1000.0, Integrator.leapfrog
+    spacecraft.initialise()
+    spacecraft.step(0.0, T)
+
+    assert spacecraft["v_des"] == first == pytest.approx(0.0025, rel=1e-15)
+
+
 def test_many_periods_in_one_step_equal_single_steps():
     long, short = make(s_des=-0.01, f=5.0), make(s_des=-0.01, f=5.0)
     long.step(0.0, 5 * T)
@@ -83,9 +122,9 @@ def test_the_declared_delay_names_every_integrator():
         ("f", float("nan"), "f: value not allowed, got nan N, expected a finite number"),
         (
             "integrator",
-            4,
-            "integrator: value not allowed, got 4, expected one of 1 (semi_implicit), 2 (zero_order_hold), "
-            "3 (explicit_euler)",
+            5,
+            "integrator: value not allowed, got 5, expected one of 1 (semi_implicit), 2 (zero_order_hold), "
+            "3 (explicit_euler), 4 (leapfrog)",
         ),
     ],
 )

@@ -26,7 +26,12 @@ def test_inspect_shows_each_variable_with_unit_start_and_items():
 
     assert (by_name["m_s"]["unit"], by_name["m_s"]["start"]) == ("kg", 820.0)
     assert by_name["integrator"]["start"] == "semi_implicit"
-    assert by_name["integrator"]["items"] == {"semi_implicit": 1, "zero_order_hold": 2, "explicit_euler": 3}
+    assert by_name["integrator"]["items"] == {
+        "semi_implicit": 1,
+        "zero_order_hold": 2,
+        "explicit_euler": 3,
+        "leapfrog": 4,
+    }
     assert found["capabilities"]["canGetAndSetFMUstate"] is True
     assert "linux64" in found["platforms"]
     assert found["odd"] == []
