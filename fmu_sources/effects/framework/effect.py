@@ -57,6 +57,7 @@ class FirstGuess(Enum):
     MULTIPLES = "at multiples of its scales"
     QUANTA = "at steps that the recorded value is made of"
     PERIODS = "at periods along the position that the residual shows"
+    FREQUENCIES = "at frequencies at which the residual shows the position modulated in time"
 
 
 Law = Callable[[Any, Any, Any, Any, Any, Arithmetic], Applied]

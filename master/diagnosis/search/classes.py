@@ -7,13 +7,17 @@ Classes of effects: a recording shows the class first; a member is named only wh
 | memoryless friction | a force against the motion, of the velocity alone |
 | stiffness | a force of the position alone |
 | periodic along the position | a force that repeats along the position |
+| periodic in time | a force that swings in time, at a frequency of its own |
+| relaxation | a force that goes with time under an elongation that stays |
+| creep | a reading that goes with time under a load that stays |
 | lag-like | a signal that comes late, in details of its own |
 | zero error | something added, whatever moves |
 | limit | a signal that goes no further, or no faster |
 | converter | a signal in steps |
 | gain | a signal at another size |
 
-Zero errors, limits and gains say so themselves (`Effect.of_class`); the others show it by what they need.
+Zero errors, limits, gains and what goes with time say so themselves (`Effect.of_class`); the others show it
+by what they need.
 """
 
 from __future__ import annotations

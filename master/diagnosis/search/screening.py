@@ -16,7 +16,7 @@ import numpy as np
 from fmu_sources.effects.framework.effect import FirstGuess
 from master.diagnosis.numerics.arrays import Array
 from master.diagnosis.numerics.least_squares import Fit, FreeParameter, bounded
-from master.diagnosis.numerics.periods import likely_periods
+from master.diagnosis.numerics.periods import likely_frequencies, likely_periods
 from master.diagnosis.numerics.quanta import likely_steps
 from master.diagnosis.replay.placed_effect import PlacedEffect, fixed_values, free_parameters
 
@@ -93,10 +93,10 @@ def _shapes(
     amplitudes = [p for p in own if _is_amplitude(placed, p.name)]
     shapes = [p for p in own if p not in amplitudes]
     rates = [p for p in amplitudes if placed.law.states and _unit(placed, p.name) == RATE]
-    if placed.law.first_guess is FirstGuess.PERIODS:
-        periods = [{p.name: period} for p in shapes for period in _periods(study, tangent, placed)]
-        if periods:
-            return list(periods)
+    if placed.law.first_guess in (FirstGuess.PERIODS, FirstGuess.FREQUENCIES):
+        lines = [{p.name: line} for p in shapes for line in _lines(study, tangent, placed)]
+        if lines:
+            return list(lines)
     return [
         {p.name: min(max(factor * p.start, p.low), p.high) for p in (*shapes, *rates)}
         for factor in _factors(placed, [*shapes, *rates])
@@ -123,8 +123,8 @@ def _steps(study: Study, tangent: Tangent, placed: PlacedEffect) -> list[float]:
     return []
 
 
-def _periods(study: Study, tangent: Tangent, placed: PlacedEffect) -> list[float]:
-    """Likely periods over the position, where the part is linear around its replay."""
+def _lines(study: Study, tangent: Tangent, placed: PlacedEffect) -> list[float]:
+    """Likely periods or frequencies, where the part is linear around its replay."""
     injection = Injection(study, placed.place, tangent.base_values)
     if not injection.is_linear:
         return []
@@ -133,7 +133,10 @@ def _periods(study: Study, tangent: Tangent, placed: PlacedEffect) -> list[float
         answers = bounded(injection.answer(functions)[study.fit_rows])
         return tangent.gain([answers[..., i].ravel() for i in range(2)], [-np.inf, -np.inf]).share
 
-    return likely_periods(study.signals[placed.place]["position"], share, N_STARTS)
+    position = study.signals[placed.place]["position"]
+    if placed.law.first_guess is FirstGuess.PERIODS:
+        return likely_periods(position, share, N_STARTS)
+    return likely_frequencies(study.bench.times, position, share, N_STARTS)
 
 
 def _trial(tangent: Tangent, model: ExtendedModel, shape: Mapping[str, float]) -> _Trial:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from fmu_sources.effects.catalogue import constant, effect, listed
-from fmu_sources.effects.framework.effect import FirstGuess, Rms
+from fmu_sources.effects.framework.effect import FirstGuess, Place, Rms
 from fmu_sources.effects.framework.experiment import Experiment
 from fmu_sources.effects.framework.roles import Signals
 from fmu_sources.framework.arithmetic import PYTHON
@@ -27,6 +27,7 @@ RMS = Rms(
 def force(found, values, n_periods=2, n=N):
     """What a law adds over the second period of a sine, integrated in small steps."""
     p = SimpleNamespace(**({v.name: v.start for v in found.parameters} | dict(values)))
+    size = 0.0 if Place.MECHANICAL in found.places else math.sqrt(2.0) * RMS.value
     x = {v.name: 0.0 for v in found.states}
     h, added = PERIOD / n, []
     for k in range(n_periods * n):
@@ -36,8 +37,9 @@ def force(found, values, n_periods=2, n=N):
             velocity=2.0 * math.pi * AMPLITUDE * math.cos(angle),
             load=100.0,
         )
-        applied = found.law(k * h, 0.0, s, SimpleNamespace(**x), p, PYTHON)
-        added.append(applied.value)
+        value = size * math.sin(angle)
+        applied = found.law(k * h, value, s, SimpleNamespace(**x), p, PYTHON)
+        added.append(applied.value - value)
         x = {name: value + h * applied.changes[name] for name, value in x.items()}
     return np.array(added[-n:])
 
@@ -54,6 +56,9 @@ AT_LIMITS = [
     ("dahl", {"length": 5e-6}),
     ("bouc_wen", {"length": 5e-6}),
     ("presliding", {"stiffness": 2e6, "forward": 5.0, "backward": 3.0}),
+    ("warm_up", {"time_constant": 200.0}),
+    ("warm_up", {"time_constant": 5e-3}),
+    ("missing_codes", {"share": 0.9995}),
 ]
 
 
@@ -79,6 +84,9 @@ LINEAR_LIMITS = [
     ("presliding", {"stiffness": 100.0, "forward": 50.0, "backward": 50.0}, {"position": 100.0}),
     ("end_stop", {"limit": 0.0, "stiffness": 300.0}, {"position": 300.0}),
     ("clearance", {"gap": 0.05, "stiffness": 300.0}, {"position": -300.0}),
+    ("magnet", {"pull": 5.0, "gap": 0.8, "side": -1.0}, {"position": -12.5}),
+    ("relaxation", {"stiffness": 300.0, "time_constant": 2e-3}, {"velocity": 0.6}),
+    ("relaxation", {"stiffness": 300.0, "time_constant": 20.0}, {"position": 300.0}),
 ]
 
 
@@ -143,7 +151,8 @@ WITHOUT_MEMORY = {
         "force_saturation",
     ),
     *("gain_error", "load_friction", "offset", "quadratic_damping", "quadratic_stiffness", "quantisation"),
-    *("ripple", "slack", "stribeck"),
+    *("ripple", "slack", "stribeck", "dead_zone", "magnet", "missing_codes", "one_sided_saturation"),
+    *("parametric_stiffness", "second_stage", "warm_up"),
 }
 
 
@@ -170,7 +179,7 @@ def test_amplitudes_and_shapes_of_some():
     assert effect("end_stop").amplitudes == ("stiffness",)
 
 
-@pytest.mark.parametrize("name", ["force_saturation", "rate_saturation"])
+@pytest.mark.parametrize("name", ["force_saturation", "one_sided_saturation", "rate_saturation"])
 def test_a_law_that_is_probed_at_full_size_does_nothing_below(name):
     """A fiftieth of a signal's size is no limit for it."""
     found = effect(name)

@@ -94,6 +94,48 @@ POINTS = [
     ("force_saturation", {"limit": 2.0}, {}, {}, -5.0, -2.0),
     ("quantisation", {"step": 0.5}, {}, {}, 1.3, 1.5),
     ("quantisation", {"step": 0.5}, {}, {}, -1.3, -1.5),
+    # the gap of 3 is 2 where the position is 1: (3 / 2)^2 - 1 = 5 / 4
+    ("magnet", {"pull": 4.0, "gap": 3.0, "side": 1.0}, {"position": 1.0}, {}, 7.0, 2.0),
+    ("magnet", {"pull": 4.0, "gap": 3.0, "side": -1.0}, {"position": -1.0}, {}, 7.0, 12.0),
+    ("magnet", {"pull": 1.0, "gap": 3.0, "side": 1.0}, {"position": 9.0}, {}, 0.0, -399.0),
+    ("second_stage", {"limit": 1.0, "stiffness": 10.0, "side": 1.0}, {"position": 3.0}, {}, 5.0, 25.0),
+    ("second_stage", {"limit": 1.0, "stiffness": 10.0, "side": 1.0}, {"position": -3.0}, {}, 5.0, 5.0),
+    ("second_stage", {"limit": 1.0, "stiffness": 10.0, "side": -1.0}, {"position": -3.0}, {}, 5.0, -15.0),
+    (  # at t = 2: a sixteenth of a turn after 2 1/8 turns is 1/8 + 2
+        "parametric_stiffness",
+        {"sine": 2.0, "cosine": 4.0, "frequency": 1.0625},
+        {"position": 3.0},
+        {},
+        1.0,
+        1.0 + 3.0 * math.sqrt(0.5) * 6.0,
+    ),
+    (
+        "relaxation",
+        {"stiffness": 10.0, "time_constant": 0.5},
+        {"position": 3.0, "velocity": 1.0},
+        {"elongation": 2.0},
+        5.0,
+        25.0,
+    ),
+    ("dead_zone", {"width": 2.0}, {}, {}, 5.0, 3.0),
+    ("dead_zone", {"width": 2.0}, {}, {}, -1.5, 0.0),
+    ("one_sided_saturation", {"limit": 2.0, "side": 1.0}, {}, {}, 5.0, 2.0),
+    ("one_sided_saturation", {"limit": 2.0, "side": 1.0}, {}, {}, -5.0, -5.0),
+    ("one_sided_saturation", {"limit": 2.0, "side": -1.0}, {}, {}, -5.0, -2.0),
+    ("one_sided_saturation", {"limit": -2.0, "side": 1.0}, {}, {}, 5.0, -2.0),
+    ("warm_up", {"amplitude": 3.0, "time_constant": 2.0}, {}, {}, 1.0, 4.0 - 3.0 / math.e),
+    (
+        "creep",
+        {"share_1": 0.1, "share_2": 0.2, "share_3": 0.3, "share_4": 0.4, "shortest": 1.0, "longest": 8.0},
+        {},
+        {"crept_1": 1.0, "crept_2": 2.0, "crept_3": 3.0, "crept_4": 4.0},
+        10.0,
+        10.0 - 0.9 - 1.6 - 2.1 - 2.4,
+    ),
+    ("missing_codes", {"distance": 2.0, "share": 0.5}, {}, {}, 4.4, 4.0),
+    ("missing_codes", {"distance": 2.0, "share": 0.5}, {}, {}, -4.4, -4.0),
+    ("missing_codes", {"distance": 2.0, "share": 0.5}, {}, {}, 4.6, 4.6),
+    ("missing_codes", {"distance": 2.0, "share": 1.0}, {}, {}, 4.9, 4.0),
 ]
 RATES = [
     ("presliding", {"stiffness": 100.0, "forward": 10.0, "backward": 10.0}, 1.0, {"elongation": 0.05}, 1.0),
@@ -115,6 +157,7 @@ RATES = [
     ),
     ("extra_lag", {"time_constant": 0.02}, 0.0, {"lagged": 3.0}, (10.0 - 3.0) / 0.02),
     ("rate_saturation", {"limit": 100.0}, 0.0, {"followed": 1.0}, 100.0),
+    ("relaxation", {"stiffness": 10.0, "time_constant": 0.5}, 3.0, {"elongation": 1.0}, 1.0),
 ]
 
 
