@@ -7,7 +7,7 @@ import os
 import platform
 import subprocess
 import sys
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from datetime import UTC, datetime
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
@@ -27,6 +27,8 @@ from master.ssp.names import SUFFIXES
 from .hashes import sha256
 
 FORMAT = 1
+GIVEN = "--inputs"
+"""Name of the table that the command gives."""
 _PACKAGES = ("numpy", "numba", "pyarrow")
 
 
@@ -59,6 +61,7 @@ class Asked(_Part):
     flavour: str = "native"
     record: tuple[str, ...] = ()
     every: int | None = None
+    inputs: Path | None = None
 
     def request(self) -> Request:
         """Return it as a request."""
@@ -119,7 +122,7 @@ class Described:
     def look(self) -> Ingredients:
         """Hash what goes into the run; once, however often it is called."""
         if self._ingredients is None:
-            self._ingredients = ingredients(self.path, self.experiment)
+            self._ingredients = ingredients(self.path, self.experiment, self.request.inputs)
             _program()
         return self._ingredients
 
@@ -131,7 +134,7 @@ class Described:
             command=command(self.given, self.request),
             given=self.given,
             configuration=found.configuration,
-            asked=Asked(**asdict(self.request)),
+            asked=_asked(self.request),
             dockloop=_program(),
             fmus=found.fmus,
             inputs=found.inputs,
@@ -145,9 +148,9 @@ class Described:
         )
 
 
-def ingredients(path: Path, experiment: Experiment) -> Ingredients:
+def ingredients(path: Path, experiment: Experiment, given: Path | None = None) -> Ingredients:
     """
-    Hash what goes into a run.
+    Hash what goes into a run; `given` is the table of `--inputs`, which no archive holds.
 
     Raises:
         OSError: If a file cannot be read.
@@ -158,10 +161,11 @@ def ingredients(path: Path, experiment: Experiment) -> Ingredients:
         file = instance.description.path
         shown = None if is_archive else str(file.absolute())
         fmus[name] = HashedFmu(path=shown, sha256=sha256(file), source=experiment.config.fmus[name].source)
-    inputs = {
-        name: HashedFile(path=None if is_archive else str(file.absolute()), sha256=sha256(file))
-        for name, file in experiment.inputs.files.items()
-    }
+    inputs: dict[str, HashedFile] = {}
+    for name, file in experiment.inputs.files.items():
+        is_given = given is not None and name == str(given)
+        shown = None if is_archive and not is_given else str(file.absolute())
+        inputs[GIVEN if is_given else name] = HashedFile(path=shown, sha256=sha256(file))
     configuration = HashedFile(path=str(path.absolute()), sha256=sha256(path))
     return Ingredients(configuration, fmus, inputs, _seeds(experiment))
 
@@ -183,6 +187,8 @@ def command(given: str, request: Request) -> tuple[str, ...]:
         words += ["--record", signal]
     if request.every is not None:
         words += ["--every", str(request.every)]
+    if request.inputs is not None:
+        words += ["--inputs", str(request.inputs)]
     return tuple(words)
 
 
@@ -226,6 +232,12 @@ def read_manifest(folder: Path) -> Manifest:
     except ValidationError as error:
         places = ", ".join(".".join(map(str, e["loc"])) or "the whole" for e in error.errors())
         raise DataError(f"{path}: not a manifest, got faults at {places}") from None
+
+
+def _asked(request: Request) -> Asked:
+    """What was asked for, with a path that holds in any folder."""
+    inputs = None if request.inputs is None else request.inputs.absolute()
+    return Asked(**asdict(replace(request, inputs=inputs)))
 
 
 def _seeds(experiment: Experiment) -> dict[str, int]:

@@ -221,3 +221,20 @@ def test_a_run_that_cannot_begin_leaves_a_manifest(folder):
 
     assert done.exit_code == 3
     assert (manifest_of(out)["status"], manifest_of(out)["results"]) == ("failed", {})
+
+
+def test_a_table_of_the_command_drives_the_second_run_too(folder, ran, monkeypatch):
+    """`--inputs` with a relative path, repeated from another folder; then with another table."""
+    table = folder / "force.csv"
+    table.write_text("time,sensor.f_act\n0,1\n10,2\n20,3\n", encoding="utf-8")
+    monkeypatch.chdir(folder)
+    out = ran(TEXT, "--inputs", "force.csv")
+    monkeypatch.chdir("/")
+
+    assert call("rerun", out).exit_code == 0
+
+    table.write_text("time,sensor.f_act\n0,1\n10,2\n20,4\n", encoding="utf-8")
+    done = call("rerun", out)
+
+    assert done.exit_code == 1
+    assert "force.csv" in done.output
