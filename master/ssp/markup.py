@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 from lxml import etree
 
-from master.errors import ConfigError, expected
+from master.errors import ConfigError, expected, readable
 
 from .names import PREFIXES, ssc
 
@@ -110,7 +110,7 @@ class Node:
 
 def place(element: etree._Element, file: str) -> str:
     """Name an element: file, line, what it is."""
-    tag = etree.QName(element).localname
+    tag = _local(element.tag)
     a = element.attrib
     if tag == "Connection":
         ends = [
@@ -121,8 +121,8 @@ def place(element: etree._Element, file: str) -> str:
     elif tag == "MappingEntry":
         title = f" {a.get('source')} - {a.get('target')}"
     else:
-        title = f" {a['name']!r}" if "name" in a else ""
-    return f"{file}:{element.sourceline}: {tag}{title}"
+        title = f" {readable(a['name'])!r}" if "name" in a else ""
+    return f"{file}:{element.sourceline}: {readable(tag)}{title}"
 
 
 def read_xml(content: bytes, file: str, root: str, rules: Mapping[str, Rule]) -> Node:
@@ -145,6 +145,9 @@ def read_xml(content: bytes, file: str, root: str, rules: Mapping[str, Rule]) ->
         element = etree.fromstring(content, parser)
     except (etree.XMLSyntaxError, ValueError) as error:
         raise ConfigError([f"{file}: not XML: {str(error).splitlines()[0]}"]) from None
+    wrong = [entry for entry in parser.error_log if entry.level >= etree.ErrorLevels.ERROR]
+    if wrong:  # of several faults the parser may let one pass, and drop what follows
+        raise ConfigError([f"{file}: not XML: {wrong[0].message}, line {wrong[0].line}"])
     if element.getroottree().docinfo.doctype:
         raise ConfigError([f"{file}:1: a document type is not understood, expected plain XML"])
     if element.tag != root:
@@ -187,7 +190,7 @@ def _faults(element: etree._Element, file: str, rules: Mapping[str, Rule]) -> It
 
 def _attribute_faults(element: etree._Element, where: str, rule: Rule) -> Iterator[str]:
     for name, text in element.attrib.items():
-        if name == _LANGUAGE or etree.QName(name).namespace in _HARMLESS_NAMESPACES:
+        if name == _LANGUAGE or _namespace(name) in _HARMLESS_NAMESPACES:
             continue
         if name not in rule.attributes:
             yield f"{where}: {short(name)} is not understood, got {text!r}, {expected(name, rule.attributes)}"
@@ -202,11 +205,20 @@ def _attribute_faults(element: etree._Element, where: str, rule: Rule) -> Iterat
 
 def short(name: str) -> str:
     """Write a name with the usual prefix of its namespace."""
-    qualified = etree.QName(name)
+    namespace = _namespace(name)
     for prefix, uri in PREFIXES.items():
-        if qualified.namespace == uri:
-            return f"{prefix}:{qualified.localname}"
-    return name
+        if namespace == uri:
+            return f"{prefix}:{readable(_local(name))}"
+    return readable(name)
+
+
+def _local(name: str) -> str:
+    return name.rpartition("}")[2]
+
+
+def _namespace(name: str) -> str:
+    """Namespace of `{namespace}name`; none where a prefix is not declared, which lxml leaves in the name."""
+    return name[1:].partition("}")[0] if name.startswith("{") else ""
 
 
 ANNOTATIONS = ssc("Annotations")

@@ -31,6 +31,7 @@ from tests.master.ssp.ssp_archives import (
 )
 
 ONE = system(component("a"))
+NOTE = '<ssd:Annotations><ssc:Annotation type="x"><x:Odd/><b xmlns="not.absolute"/></ssc:Annotation></ssd:Annotations>'
 PACKAGE = 'type="application/x-ssp-package"'
 DEFINITION = 'type="application/x-ssp-definition"'
 
@@ -282,6 +283,9 @@ def test_what_is_harmless_is_read_over_and_other_tools_annotations_are_said(tmp_
         (structure(ONE)[:-9], "s.ssp: SystemStructure.ssd: not XML"),
         ("<?xml version='1.0'?><a/>", "not understood, got a, expected ssd:SystemStructureDescription"),
         ("<?xml version='1.0'?><!DOCTYPE a [<!ENTITY b 'c'>]><a>&b;</a>", "a document type is not understood"),
+        (structure(ONE).replace("<ssd:Elements>", "<ssd:Elements><x:Odd/>"), "not XML: Namespace prefix x on Odd"),
+        (structure(ONE, more=NOTE), "not XML: Namespace prefix x on Odd is not defined, line"),
+        (structure(ONE, more=NOTE.replace("x:Odd", "Odd")) + "<a/>", "not XML: Extra content at the end"),
         (structure(ONE).replace("SSP1", "SSP9"), "expected ssd:SystemStructureDescription"),
         (structure(ONE).replace("</ssd:Elements>", "</ssd:Elements><ssd:Solver h='1'/>"), "Solver: not understood in ssd:System"),
         (structure(ONE).replace('name="a"', 'name="a" stepSize="1"'), "Component 'a': stepSize is not understood, got '1'"),
