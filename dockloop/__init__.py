@@ -21,7 +21,9 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from master.errors import ConfigError, DataError, FmuError, MasterError, Problem
+    from master.runs.differences import Comparison
 
+    from .compared import compare
     from .fmu import Fmu, open_fmu, to_fmu
     from .measured import Diagnosis, diagnose
     from .python_block import Block, block
@@ -31,6 +33,7 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "Block": ".python_block",
+    "Comparison": "master.runs.differences",
     "ConfigError": "master.errors",
     "DataError": "master.errors",
     "Diagnosis": ".measured",
@@ -44,6 +47,7 @@ _HOMES = {
     "System": ".system",
     "analyse": ".system",
     "block": ".python_block",
+    "compare": ".compared",
     "configurations": ".system",
     "diagnose": ".measured",
     "load": ".system",
@@ -64,6 +68,8 @@ __all__ = [  # noqa: RUF022  # in the order in which they are used
     "Fmu",
     "to_fmu",
     "analyse",
+    "compare",
+    "Comparison",
     "diagnose",
     "Diagnosis",
     "write_ssp",

@@ -173,6 +173,8 @@ class Run:
         """
         Write `result.csv` and `result.parquet` (units in the fields' metadata) into a folder.
 
+        What the system's section `record` names is written, all if it has none.
+
         Raises:
             ConfigError: If they cannot be written.
         """
@@ -181,7 +183,7 @@ class Run:
 
         folder = Path(folder)
         try:
-            write_result(self._outcome.result, folder)
+            write_result(self._experiment.selection.of(self._outcome.result), folder)
         except OSError as error:
             raise ConfigError([Problem(f"cannot be written: {reason(error)}", where=str(folder))]) from None
         return {"csv": folder / CSV, "parquet": folder / PARQUET}

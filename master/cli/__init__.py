@@ -12,6 +12,7 @@ COMMANDS = {
     "compare": "compare",
     "check": "check",
     "explain": "explain",
+    "show": "show",
     "analyse": "analyse",
     "linearise": "linearise",
     "design-dpdc": "design_dpdc",
@@ -28,7 +29,7 @@ COMMANDS = {
 }
 GROUPS = {
     "run and look": ("run", "compare", "rerun", "examples"),
-    "understand a system": ("check", "explain", "analyse", "inspect"),
+    "understand a system": ("check", "explain", "show", "analyse", "inspect"),
     "measured data": ("diagnose", "replay"),
     "compensation": ("design-dpdc", "reproduce"),
     "make and exchange": ("new", "build", "export-ssp", "linearise", "schema"),

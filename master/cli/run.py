@@ -122,9 +122,10 @@ def _pace(_: click.Context, __: click.Parameter, value: float | None) -> float |
     metavar="N",
     help="Save every N-th row, from the first one on.",
 )
+@click.option("--page", is_flag=True, help="Write a page (run.html), too.")
 @JSON
 @answers_errors
-def run(config: Path, output: Path | None, as_json: bool, **options: Any) -> None:
+def run(config: Path, output: Path | None, as_json: bool, page: bool, **options: Any) -> None:
     """Step the system that CONFIG describes and save what it computes."""
     factor, on_overrun, level = options.pop("real_time"), options.pop("on_overrun"), options.pop("level")
     request = Request(**options)
@@ -136,7 +137,12 @@ def run(config: Path, output: Path | None, as_json: bool, **options: Any) -> Non
     described = Described(str(config), configuration(config), request, experiment, started)
     with ExitStack() as stack:
         report, interruption = run_into(
-            described, path, lambda: shown(experiment, stack), pacer, None if level == "none" else level
+            described,
+            path,
+            lambda: shown(experiment, stack),
+            pacer,
+            None if level == "none" else level,
+            page=page,
         )
     _answer(report, as_json)
     sys.exit(_exit_status(report, interruption))

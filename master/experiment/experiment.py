@@ -28,7 +28,7 @@ class Experiment:
     `config` is what was read, for writing the system again; all that a run or an analysis needs of it has a
     name here. `overridden` are the signals that a variant or `--set` gave a value; `remarks` say how the
     file was read; `is_designed` if the values of a phase lead are those of an earlier design;
-    `selection` is what goes to the result files.
+    `selection` is what goes to the result files, `plots` the signals of each plot that the file asks for.
     """
 
     config: Config
@@ -41,6 +41,7 @@ class Experiment:
     is_designed: bool = False
     inputs: MeasuredInputs = field(default_factory=MeasuredInputs)
     selection: Selection = field(default_factory=Selection)
+    plots: tuple[tuple[str, ...], ...] = ()
 
     @property
     def name(self) -> str:

@@ -120,6 +120,7 @@ class _Preparation:
         inputs = self._inputs(loaded, system)
         self._check_phase_lead(system)
         selection = self._selection(system)
+        plots = self._plots(system)
         if self.problems or schedule is None:
             raise ConfigError(self.problems)
         return Experiment(
@@ -133,6 +134,7 @@ class _Preparation:
             is_designed=loaded.is_designed,
             inputs=inputs,
             selection=selection,
+            plots=plots,
         )
 
     def _with_times(self) -> LoadedConfig:
@@ -262,6 +264,14 @@ class _Preparation:
             chosen += self._recorded(system, where, signal)
         every = record.every if self.request.every is None else self.request.every
         return Selection(tuple(dict.fromkeys(chosen)), every)
+
+    def _plots(self, system: System) -> tuple[tuple[str, ...], ...]:
+        """Signals of each plot that the file asks for."""
+        groups = []
+        for i, plot in enumerate(self.loaded.config.plots):
+            where = self.loaded.where("plots", i)
+            groups.append(tuple(name for signal in plot for name in self._recorded(system, where, signal)))
+        return tuple(groups)
 
     def _recorded(self, system: System, where: str, signal: str) -> list[str]:
         """Names of the columns that a signal is: its own, or those of the elements of an array."""

@@ -12,7 +12,7 @@ from master.errors import DataError
 from .lock import FileLock, Held
 
 SUMMARY, PICTURE, LOG = "summary.json", "displacement_and_force.png", "fmu.log"
-MANIFEST = "manifest.json"
+MANIFEST, PAGE = "manifest.json", "run.html"
 CSV, PARQUET, PARTS = "result.csv", "result.parquet", "result.part-*.parquet"
 
 RESCUED = "-rescued"  # after the name of a folder that takes no files any more
@@ -88,7 +88,7 @@ class OutputFolder:
 
     def _remove_old(self) -> None:
         """Remove the results of an older run, the summary first."""
-        for name in (SUMMARY, MANIFEST, PICTURE, LOG, CSV, PARQUET):
+        for name in (SUMMARY, MANIFEST, PAGE, PICTURE, LOG, CSV, PARQUET):
             (self.path / name).unlink(missing_ok=True)
         for part in self.path.glob(PARTS):
             part.unlink()

@@ -27,7 +27,13 @@ Shown = Callable[[], ProgressCallback]
 
 
 def run_into(
-    described: Described, path: Path, progress: Shown, pacer: Pacer | None = None, level: str | None = None
+    described: Described,
+    path: Path,
+    progress: Shown,
+    pacer: Pacer | None = None,
+    level: str | None = None,
+    *,
+    page: bool = False,
 ) -> tuple[Report, Interruption]:
     """
     Step a system and save what it computes.
@@ -38,6 +44,7 @@ def run_into(
         progress: Begins to show progress; returns what is called with the number of ticks done.
         pacer: Paces the ticks on the clock.
         level: Which messages of FMUs go to a file; None for none.
+        page: Whether to write a page with plots, parameters and manifest.
 
     Returns:
         The summary, and the signals that came meanwhile.
@@ -61,7 +68,12 @@ def run_into(
 
         def more(outcome: Outcome, folder: OutputFolder) -> dict[str, str]:
             manifest = described.manifest(outcome.status, outcome.steps, folder.shown)
-            return {"manifest": str(write_manifest(manifest, folder.shown))}
+            files = {"manifest": str(write_manifest(manifest, folder.shown))}
+            if page:
+                from .run_page import write_page
+
+                files["page"] = str(write_page(experiment, outcome, manifest, folder.shown))
+            return files
 
         return save_run(experiment, outcome, folder, streamed, interruption, more), interruption
 
