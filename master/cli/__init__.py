@@ -13,6 +13,7 @@ COMMANDS = {
     "analyse": "analyse",
     "linearise": "linearise",
     "design-dpdc": "design_dpdc",
+    "compare-methods": "compare_methods",
     "reproduce": "reproduce",
     "diagnose": "diagnose",
     "replay": "replay",
@@ -28,7 +29,7 @@ GROUPS = {
     "run and look": ("run", "examples"),
     "understand a system": ("check", "explain", "analyse", "inspect"),
     "measured data": ("diagnose", "replay"),
-    "compensation": ("design-dpdc", "reproduce"),
+    "compensation": ("design-dpdc", "compare-methods", "reproduce"),
     "make and exchange": ("new", "build", "export-ssp", "linearise", "schema"),
     "the machine": ("doctor",),
 }
