@@ -16,6 +16,7 @@ COMMANDS = {
     "analyse": "analyse",
     "linearise": "linearise",
     "design-dpdc": "design_dpdc",
+    "compare-methods": "compare_methods",
     "reproduce": "reproduce",
     "diagnose": "diagnose",
     "replay": "replay",
@@ -31,7 +32,7 @@ GROUPS = {
     "run and look": ("run", "compare", "rerun", "examples"),
     "understand a system": ("check", "explain", "show", "analyse", "inspect"),
     "measured data": ("diagnose", "replay"),
-    "compensation": ("design-dpdc", "reproduce"),
+    "compensation": ("design-dpdc", "compare-methods", "reproduce"),
     "make and exchange": ("new", "build", "export-ssp", "linearise", "schema"),
     "the machine": ("doctor",),
 }

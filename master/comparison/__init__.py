@@ -1,0 +1,1 @@
+"""Methods of compensation side by side: the same cells, the same noise, the same start."""

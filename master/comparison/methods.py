@@ -1,0 +1,52 @@
+"""Methods by name: the model that a name means, and its own settings."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from fmu_sources.composed.registry import load, model_files
+from fmu_sources.framework.variables import Role
+from master.errors import ConfigError, expected
+
+PAPER = "compensator"
+_FOLDER = "compensators"
+
+
+@dataclass(frozen=True)
+class Method:
+    """A name, the model behind it and the values that make it this method."""
+
+    name: str
+    model: str
+    values: dict[str, Any] = field(default_factory=dict)
+
+    def takes(self) -> set[str]:
+        """Return the names of the parameters that the model has."""
+        return {v.name for v in load(self.model).group(Role.PARAMETER)}
+
+
+def all_methods() -> dict[str, Method]:
+    """Map names to methods: those of the suite, and the two presets of the paper's compensator."""
+    found = {name: Method(name, name) for name, file in model_files().items() if file.parent.name == _FOLDER}
+    parts = {"cfdc": True, "dpdc": True, "identifier": "kalman"}
+    for preset in ("L", "F"):
+        found[f"paper_{preset}"] = Method(f"paper_{preset}", PAPER, {**parts, "preset": preset})
+    return found
+
+
+def chosen(text: str) -> list[Method]:
+    """
+    Return the methods that a text names, `all` or names with commas.
+
+    Raises:
+        ConfigError: With every name that is none.
+    """
+    known = all_methods()
+    names = list(known) if text == "all" else list(dict.fromkeys(n.strip() for n in text.split(",")))
+    wrong = [n for n in names if n not in known]
+    if wrong:
+        raise ConfigError(
+            [f"--methods: no such method, got {name!r}, {expected(name, [*known, 'all'])}" for name in wrong]
+        )
+    return [known[name] for name in names]
