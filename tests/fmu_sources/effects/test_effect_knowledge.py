@@ -59,6 +59,7 @@ AT_LIMITS = [
     ("warm_up", {"time_constant": 200.0}),
     ("warm_up", {"time_constant": 5e-3}),
     ("missing_codes", {"share": 0.9995}),
+    ("rate_and_state", {"level": 5.0, "direct": 0.0, "evolution": 1e-3}),
 ]
 
 
@@ -87,6 +88,8 @@ LINEAR_LIMITS = [
     ("magnet", {"pull": 5.0, "gap": 0.8, "side": -1.0}, {"position": -12.5}),
     ("relaxation", {"stiffness": 300.0, "time_constant": 2e-3}, {"velocity": 0.6}),
     ("relaxation", {"stiffness": 300.0, "time_constant": 20.0}, {"position": 300.0}),
+    ("squeeze_film", {"coefficient": 5.0, "gap": 1.0}, {"velocity": 5.0}),
+    ("power_law", {"amplitude": 5.0, "exponent": 0.99, "reference": 0.01}, {"position": 500.0}),
 ]
 
 
@@ -152,7 +155,8 @@ WITHOUT_MEMORY = {
     ),
     *("gain_error", "load_friction", "offset", "quadratic_damping", "quadratic_stiffness", "quantisation"),
     *("ripple", "slack", "stribeck", "dead_zone", "magnet", "missing_codes", "one_sided_saturation"),
-    *("parametric_stiffness", "second_stage", "warm_up"),
+    *("parametric_stiffness", "second_stage", "warm_up", "overflow", "power_law", "squeeze_film"),
+    "structural_damping",
 }
 
 

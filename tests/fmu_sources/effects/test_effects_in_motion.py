@@ -30,6 +30,22 @@ ADDED_TO_THE_SPRING = {
         {"sine": 200.0, "cosine": 90.0, "frequency": 3.0},
         lambda t, y, v: y * (200.0 * math.sin(6.0 * math.pi * t) + 90.0 * math.cos(6.0 * math.pi * t)),
     ),
+    "squeeze_film": (
+        {"coefficient": 3.0, "gap": 0.06, "side": 1.0},
+        lambda t, y, v: 3.0 * v / (1.0 - y / 0.06) ** 3,
+    ),
+    "structural_damping": (
+        {"coefficient": 100.0, "smoothing": 0.02},
+        lambda t, y, v: 100.0 * abs(y) * math.tanh(v / 0.02),
+    ),
+    "power_law": (
+        {"amplitude": 5.0, "exponent": 1.5, "reference": 0.02},
+        lambda t, y, v: math.copysign(5.0 * (abs(y) / 0.02) ** 1.5, y),
+    ),
+    "overflow": (
+        {"amplitude": 5.0, "edge": 0.005, "reference": 0.02},
+        lambda t, y, v: 5.0 * (max(y - 0.005, 0.0) / 0.02) ** 1.5,
+    ),
 }
 
 
@@ -70,6 +86,57 @@ def test_a_relaxing_spring_moves_as_the_standard_solid(oscillator):
     assert moved(model, names) == pytest.approx([y, v, y - yielded], abs=2e-7)
 
 
+def test_a_mode_shakes_with_the_spring(oscillator):
+    """With the position of the mode itself as the third state."""
+    starts = {"stiffness": 300.0, "frequency": 5.0, "damping": 0.1}
+    model = with_effect(oscillator, "spring", effect("torsion_mode"), starts=starts)
+    w = 10.0 * math.pi
+
+    def law(t, z):
+        y, v, q, u = z
+        force = 800.0 * y + 4.0 * v + 300.0 * (y - q)
+        return [v, -force / 2.0, u, w * w * (y - q) - 0.2 * w * u]
+
+    y, v, q, u = solved(law, [*START, 0.02, 0.0])
+    names = ("y", "der_y", "spring_torsion_mode_lag", "spring_torsion_mode_speed")
+    assert moved(model, names) == pytest.approx([y, v, y - q, u], abs=5e-7)
+
+
+def test_contacts_age_and_are_renewed(oscillator):
+    starts = {
+        "level": 1.0,
+        "direct": 0.5,
+        "evolution": 0.7,
+        "length": 5e-3,
+        "reference": 0.01,
+        "smoothing": 0.02,
+    }
+    model = with_effect(oscillator, "spring", effect("rate_and_state"), starts=starts)
+
+    def law(t, z):
+        y, v, age = z
+        size = 1.0 + 0.5 * math.log1p(abs(v) / 0.01) + 0.7 * math.log1p(age * 2.0)
+        return [v, -(800.0 * y + 4.0 * v + size * math.tanh(v / 0.02)) / 2.0, 1.0 - abs(v) * age / 5e-3]
+
+    names = ("y", "der_y", "spring_rate_and_state_age")
+    assert moved(model, names) == pytest.approx(solved(law, [*START, 0.0]), abs=2e-6)
+
+
+def test_a_sensor_with_hysteresis_is_a_share_behind_a_play():
+    """Up to 10, down to 4 and back up to 6, slowly: behind a play of +-1 that is 9, 5, 5."""
+    found = effect("sensor_hysteresis")
+    p, followed, h = found.parameter_record.record([0.4, 1.0]), 0.0, 1e-4
+    shown = []
+    for start, end in ((0.0, 10.0), (10.0, 4.0), (4.0, 6.0)):
+        for value in np.linspace(start, end, 20_000):
+            applied = found.law(0.0, value, None, found.state_record.record([followed]), p, PYTHON)
+            followed += h * applied.changes["followed"]
+        shown.append(applied.value)
+
+    expected = [0.6 * value + 0.4 * behind for value, behind in ((10.0, 9.0), (4.0, 5.0), (6.0, 5.0))]
+    assert shown == pytest.approx(expected, abs=1e-3)
+
+
 def test_a_creeping_sensor_answers_a_step_by_its_prony_series():
     """Times 0.1, 0.2, 0.4, 0.8 s of shares 0.1, -0.05, 0.2, 0.02; at rest before."""
     law, shares, times = effect("creep").law, (0.1, -0.05, 0.2, 0.02), (0.1, 0.2, 0.4, 0.8)
@@ -106,6 +173,13 @@ STACKED = (
     ("spring", "second_stage", {"limit": 0.005, "stiffness": 300.0, "side": -1.0}),
     ("spring", "parametric_stiffness", {"sine": 200.0, "cosine": 90.0, "frequency": 3.0}),
     ("spring", "relaxation", {"stiffness": 500.0, "time_constant": 0.05}),
+    ("spring", "squeeze_film", {"coefficient": 3.0, "gap": 0.06}),
+    ("spring", "structural_damping", {"coefficient": 100.0}),
+    ("spring", "torsion_mode", {"stiffness": 300.0, "frequency": 5.0}),
+    ("spring", "rate_and_state", {"level": 1.0, "direct": 0.5, "evolution": 0.7}),
+    ("spring", "power_law", {"amplitude": 5.0, "reference": 0.02}),
+    ("spring", "overflow", {"amplitude": 5.0, "edge": 0.005, "reference": 0.02}),
+    ("sensor", "sensor_hysteresis", {"share": 0.4, "width": 1.0}),
     ("sensor", "creep", {"share_1": 0.1, "share_3": 0.2}),
     ("sensor", "warm_up", {"amplitude": 3.0, "time_constant": 0.2}),
     ("sensor", "dead_zone", {"width": 0.5}),
@@ -120,7 +194,7 @@ def test_native_code_of_all_of_them_at_once_gives_the_bits_of_python(oscillator,
     for slot, name, starts in STACKED:
         model = with_effect(model, slot, effect(name), starts=starts)
     path = tmp_path / "stacked.so"
-    path.write_bytes(native.compile_host(native.generate(model, GUID), model.name))
+    path.write_bytes(native.compile_host(native.generate(model, GUID), "stacked"))
     python, compiled = Instance(model), Fmu3(path, model)
     python.initialise()
     assert compiled.initialise() == 0
