@@ -96,7 +96,8 @@ NATIVE = Extra(
 NOTEBOOK = Extra(
     "notebook", ("pandas", "xarray"), "results as a DataFrame or a Dataset: to_pandas, to_xarray"
 )
-EXTRAS = (NATIVE, NOTEBOOK)
+DATA = Extra("data", ("asammdf", "h5py", "nptdms", "rosbags"), "recordings in MDF, HDF5, TDMS and ROS bags")
+EXTRAS = (NATIVE, NOTEBOOK, DATA)
 
 
 def is_installed(module: str) -> bool:

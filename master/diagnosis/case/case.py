@@ -59,10 +59,18 @@ def _names_of_effects(value: Any) -> Any:
     return [value] if isinstance(value, str) and value != "all" else value
 
 
+def _named_by_number(value: Any) -> Any:
+    """Take a number that YAML reads as one for the name of a column: 0, 1, ... of an array."""
+    return str(value) if isinstance(value, int) and not isinstance(value, bool) else value
+
+
+ColumnName = Annotated[str, BeforeValidator(_named_by_number)]
+
+
 class TimeEntry(Section):
     """The column of the time, or the period [s] of a recording without one."""
 
-    column: str | None = None
+    column: ColumnName | None = None
     unit: str = "s"
     offset: Finite = 0.0
     period: Seconds | None = None
@@ -86,7 +94,7 @@ def _integer(value: Any) -> Any:
 class SignalEntry(Section):
     """A column as a signal: sign * scale * column in `unit`; or the rate of another signal."""
 
-    column: str | None = None
+    column: ColumnName | None = None
     unit: str = "1"
     scale: Finite = 1.0
     sign: Annotated[Literal[-1, 1], BeforeValidator(_integer)] = 1

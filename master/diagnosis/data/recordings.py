@@ -78,11 +78,11 @@ def read(
     Read a recording; nothing is resampled, filled or cut.
 
     Args:
-        path: CSV, MAT, NPZ or Parquet file.
+        path: File of a format in `master.recording.tables.FORMATS`.
         time: Column of the time; None: rows are `rules.period` apart.
         columns: Signal to column.
         rules: What the recording must keep.
-        array: Name of a two-dimensional array in an NPZ or MAT.
+        array: Name of a two-dimensional array in an NPZ, MAT or HDF5.
         rows: First row to take, and the first not to take.
 
     Raises:
@@ -93,7 +93,11 @@ def read(
     table = _cut(read_table(path, array), rows, where)
     time = time or _clock(table, rules)
     sources = {"time": time, **columns}
-    problems = [*_missing(table, sources, where), *_units(sources, where), *_cells(table, sources, where)]
+    problems = [
+        *_missing(table, sources, where),
+        *_units(table, sources, where),
+        *_cells(table, sources, where),
+    ]
     if problems:
         raise DataError("\n".join(problems))
     signals: dict[str, Array] = {n: _signal(table.columns[c.column], c) for n, c in sources.items()}
@@ -137,7 +141,7 @@ def _missing(table: Table, sources: Mapping[str, Column], where: str) -> list[st
     ]
 
 
-def _units(sources: Mapping[str, Column], where: str) -> list[str]:
+def _units(table: Table, sources: Mapping[str, Column], where: str) -> list[str]:
     problems = []
     for name, c in sources.items():
         try:
@@ -147,6 +151,11 @@ def _units(sources: Mapping[str, Column], where: str) -> list[str]:
             continue
         if name == "time" and given.exponents != {"s": 1}:
             problems.append(f"{where}: column {c.column!r}: got the unit {c.unit!r}, expected a time")
+        elif c.column in table.dates and (given.exponents != {"s": 1} or given.factor != 1.0):
+            problems.append(
+                f"{where}: column {c.column!r}: got the unit {c.unit!r}, expected s: its dates are "
+                "read as seconds since the first"
+            )
         if c.sign not in (-1, 1):
             problems.append(f"{where}: column {c.column!r}: sign, got {c.sign!r}, expected 1 or -1")
     return problems

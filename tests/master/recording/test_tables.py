@@ -56,6 +56,11 @@ def refusal(path):
     return None
 
 
+def complaint(path):
+    """Return the message of a refusal, or the first fault of a table; None for a table without one."""
+    return refusal(path) or next((texts[0] for texts in read_table(path).faults.values()), None)
+
+
 @pytest.mark.parametrize(("kind", "count"), [("npz", 150), ("mat", 12), ("parquet", 150), ("csv", 150)])
 def test_a_damaged_file_is_a_table_or_a_fault_of_one_line_that_names_it(kind, count, tmp_path):
     content, chance = whole(kind, tmp_path).read_bytes(), random.Random(SEED)
@@ -63,7 +68,7 @@ def test_a_damaged_file_is_a_table_or_a_fault_of_one_line_that_names_it(kind, co
     refusals = []
     for _ in range(count):
         path.write_bytes(damaged(content, chance))
-        refusals.append(refusal(path))
+        refusals.append(complaint(path))
 
     found = [text for text in refusals if text is not None]
     assert found
@@ -116,7 +121,7 @@ def test_columns_of_complex_numbers_are_refused(tmp_path):
     ]
 
 
-@pytest.mark.parametrize("cell", ["1_000", "\u0661", "1,5", "true", "0x1F"])
+@pytest.mark.parametrize("cell", ["1_000", "\u0661", "1;5", "true", "0x1F"])
 def test_a_cell_of_a_csv_that_is_no_plain_number_is_a_fault(cell, tmp_path):
     path = tmp_path / "cells.csv"
     path.write_text(f't\n0\n"{cell}"\n', encoding="utf-8")

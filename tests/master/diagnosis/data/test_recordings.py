@@ -151,7 +151,7 @@ def test_steps_back_hide_no_gap(tmp_path):
 def test_tables_of_other_programs_are_refused_with_a_hint(tmp_path):
     path = tmp_path / "run.csv"
     for text, message in (
-        ("time;way\n0;1\n", "cells are separated by ';', expected ','"),
+        ("time;way\n1,234;1\n", "expected one of ['time', 'way']"),
         ("time,way,way,speed,force\n0,1,1,1,1\n", "column 'way' is there 2 times, expected once"),
     ):
         path.write_text(text)
