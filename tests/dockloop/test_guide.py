@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.costs import long_for
+
 PROJECT = Path(__file__).parents[2]
 SECTIONS = re.split(r"^## ", (PROJECT / "docs" / "python.md").read_text(encoding="utf-8"), flags=re.MULTILINE)
 PROGRAMS = {
@@ -19,7 +21,7 @@ NEEDS = {"Run and plot": ("pandas", "xarray"), "Diagnose": ("casadi",)}
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("heading", PROGRAMS)
+@pytest.mark.parametrize("heading", long_for(["Diagnose"], PROGRAMS))
 def test_the_program_runs(heading, tmp_path):
     for module in NEEDS.get(heading, ()):
         pytest.importorskip(module)

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.costs import long_for
 from tests.interop.experiment_in_fmu import Vectors
 from tests.interop.other_tools import require
 from tests.interop.variable_table import GUIDE, with_table
@@ -37,7 +38,7 @@ def test_the_variable_table_is_that_of_the_declarations() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("heading", TRIED)
+@pytest.mark.parametrize("heading", long_for(["PathSim", "CoFMPy"], TRIED))
 def test_the_program_of_the_guide_runs(
     heading: str, compensators: dict[str, Vectors], request: pytest.FixtureRequest, tmp_path: Path
 ) -> None:

@@ -9,6 +9,7 @@ import pytest
 from fmu_sources.compensator.difference import DifferenceMethod
 from fmu_sources.compensator.identifiers.framework.catalogue import IdentifierChoice
 from fmu_sources.compensator.tuning import Preset
+from tests.costs import long_for
 from tests.systems.closed_loop_matrix import damping, loop_matrix, real_matrix
 from tests.systems.loop_of_models import CASES, compensation, oscillation, rms, run
 
@@ -57,7 +58,7 @@ def test_the_loop_diverges_without_compensation(case, growth):
 
 
 @pytest.mark.parametrize("parts", [(), ("dpdc",), ("cfdc", "fmdc"), ("cfdc", "fmdc", "dpdc")])
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("case", long_for(["E1", "S2"], CASES))
 def test_damping_equals_the_eigenvalue_of_the_independent_matrix(case, parts):
     has_lag = CASES[case].T_f > 0
     parts = tuple(part for part in parts if has_lag or part != "fmdc")

@@ -63,6 +63,7 @@ def test_holding_forces_leave_no_acceleration():
     assert accelerations(at, forces, wrench, REFLECTED, PARAMETERS) == pytest.approx([0.0] * 6, abs=1e-11)
 
 
+@pytest.mark.long
 def test_energy_of_ten_seconds_of_free_motion_is_kept_with_order_4():
     coarse, fine = (drift(NEUTRAL, FREE_TWIST, h, stiffness=0.0) for h in (4e-3, 2e-3))
 

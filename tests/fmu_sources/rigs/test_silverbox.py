@@ -68,6 +68,7 @@ def test_linear_oscillator_leaves_14_millivolts_on_the_arrow(error):
     assert rms(error(oscillator.MODEL, values, ARROW)) == pytest.approx(14.34, abs=0.05)
 
 
+@pytest.mark.long
 def test_cubic_stiffness_leaves_half_a_millivolt(error):
     model = with_effect(oscillator.MODEL, "restoring_force", effect("cubic_stiffness"))
     values = fitted(error, model, {**LINEAR, CUBIC: 3.9})
