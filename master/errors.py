@@ -149,7 +149,7 @@ def shown(value: Any) -> str:
     if value is None:
         return "nothing"
     if isinstance(value, PurePath):
-        return _cut(str(value))
+        return readable(str(value))
     if isinstance(value, dict):
         return "a mapping" if value else "an empty mapping"
     if isinstance(value, list | tuple):

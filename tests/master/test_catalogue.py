@@ -98,3 +98,13 @@ def test_an_fmi_3_fmu_that_cannot_be_built_here_is_an_error(targets):
         ConfigError, match=r"failing\.fmu: missing or older than its sources; native build: casadi"
     ):
         catalogue.files({"a": targets.made("failing", flavour="fmi3")}, catalogue.silent)
+
+
+def test_a_path_with_a_character_that_cannot_be_seen_is_shown_with_its_number():
+    with pytest.raises(ConfigError) as caught:
+        catalogue.locate("integra\ufefftor.fmu", Path("fmus"), "native")
+
+    escaped = r"integra\ufefftor.fmu"
+    assert caught.value.problems == [
+        f"no such file, got '{escaped}', expected an FMU at {Path('fmus') / escaped}"
+    ]

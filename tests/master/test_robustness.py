@@ -47,7 +47,7 @@ def mutate(choose):
         if isinstance(inner, dict) and choose.random() < 0.2:
             inner[choose.choice(["x", 1, None, 2.5, True])] = inner.pop(last)
         else:
-            inner[last] = choose.choice(ODD)
+            inner[last] = copy.deepcopy(choose.choice(ODD))  # the next round may change what is in it
     return data
 
 
