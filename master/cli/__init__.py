@@ -14,6 +14,7 @@ COMMANDS = {
     "linearise": "linearise",
     "design-dpdc": "design_dpdc",
     "reproduce": "reproduce",
+    "case": "case",
     "diagnose": "diagnose",
     "replay": "replay",
     "build": "build",
@@ -27,7 +28,7 @@ COMMANDS = {
 GROUPS = {
     "run and look": ("run", "examples"),
     "understand a system": ("check", "explain", "analyse", "inspect"),
-    "measured data": ("diagnose", "replay"),
+    "measured data": ("case", "diagnose", "replay"),
     "compensation": ("design-dpdc", "reproduce"),
     "make and exchange": ("new", "build", "export-ssp", "linearise", "schema"),
     "the machine": ("doctor",),
