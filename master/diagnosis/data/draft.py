@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from master.diagnosis.numerics.arrays import Array
-from master.diagnosis.numerics.noise_floor import from_differences, step_of
+from master.diagnosis.numerics.noise_floor import noise_floor, step_of
 from master.errors import DataError
 from master.fmi.unit_names import unit
 from master.recording.tables import Table, read_table
@@ -35,7 +35,7 @@ class DraftColumn:
     What a column of numbers shows.
 
     `unit` is "" where nothing tells it, `source` what tells it; `step` is that of its numbers, 0 without one;
-    `floor` the deviation by fourth differences. All in the unit of the column.
+    `floor` its noise floor and `evidence` what that is read from. All in the unit of the column.
     """
 
     name: str
@@ -45,6 +45,7 @@ class DraftColumn:
     high: float
     step: float
     floor: float
+    evidence: str
 
 
 @dataclass(frozen=True)
@@ -96,11 +97,9 @@ def facts_of(path: Path) -> Facts:
         got = f"got {len(whole)} columns of {n} numbers (not: {', '.join(left_out) or 'none'})"
         raise DataError(f"{path}: {got}, expected two or more of {FEWEST_SAMPLES} rows or more")
     clock = _clock(table, whole)
-    columns = tuple(
-        _column(table, name)
-        for name in whole
-        if (clock is None or name != clock.column) and np.ptp(table.columns[name])
-    )
+    moving = [n for n in whole if (clock is None or n != clock.column) and np.ptp(table.columns[n])]
+    period = 1.0 if clock is None else clock.period * unit(clock.unit).factor
+    columns = tuple(_column(table, name, moving, period) for name in moving)
     return Facts(table, clock, columns, left_out)
 
 
@@ -150,7 +149,9 @@ def report(facts: Facts) -> list[str]:
     for c in facts.columns:
         step = f", steps of {c.step:.4g}" if c.step else ""
         told = f"{c.unit} ({c.source})" if c.unit else "unit not told"
-        lines.append(f"{c.name!r}: {c.low:.5g} to {c.high:.5g}, {told}, noise about {c.floor:.3g}{step}")
+        lines.append(
+            f"{c.name!r}: {c.low:.5g} to {c.high:.5g}, {told}, noise {c.floor:.3g} by {c.evidence}{step}"
+        )
     if facts.left_out:
         lines.append(
             f"left out, not all numbers or of another length: {', '.join(map(repr, facts.left_out))}"
@@ -178,17 +179,21 @@ def _clock(table: Table, names: Sequence[str]) -> DraftClock | None:
     return min(found, key=lambda pair: pair[0])[1] if found else None
 
 
-def _column(table: Table, name: str) -> DraftColumn:
+def _column(table: Table, name: str, moving: Sequence[str], period: float) -> DraftColumn:
     values: Array = table.columns[name]
+    others = [table.columns[other] for other in moving if other != name]
+    driving = np.column_stack(others) if others else np.empty((len(values), 0))
+    floor = noise_floor([values], [driving], period)
     told, source = _unit(table, name)
     return DraftColumn(
-        name,
-        told,
-        source,
-        float(values.min()),
-        float(values.max()),
-        step_of(values),
-        from_differences(values),
+        name=name,
+        unit=told,
+        source=source,
+        low=float(values.min()),
+        high=float(values.max()),
+        step=step_of(values),
+        floor=floor.value,
+        evidence=floor.evidence.value,
     )
 
 

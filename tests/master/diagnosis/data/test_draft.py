@@ -56,6 +56,18 @@ def test_steps_gaps_and_units_of_columns_are_told(tmp_path):
     assert load.step == pytest.approx(0.01)
 
 
+def test_the_noise_of_a_column_is_told_with_its_evidence(tmp_path):
+    rng = np.random.default_rng(4)
+    way = np.where(T < 9.0, 0.0, np.sin(3.0 * (T - 9.0)))
+    path = tmp_path / "rest.csv"
+    noise = way + rng.normal(0.0, 0.01, N)
+    path.write_text("t,way,load\n" + "".join(f"{t},{x},{f}\n" for t, x, f in zip(T, way, noise, strict=True)))
+    load = facts_of(path).columns[1]
+
+    assert load.evidence == "rest"
+    assert load.floor == pytest.approx(0.01, rel=0.1)
+
+
 def test_recordings_with_other_columns_are_refused_together_and_no_file_is_replaced(tmp_path):
     other = tmp_path / "other.csv"
     other.write_text("t,x\n" + "".join(f"{t},{t * t}\n" for t in T[:300]))
