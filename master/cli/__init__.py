@@ -18,6 +18,7 @@ COMMANDS = {
     "design-dpdc": "design_dpdc",
     "compare-methods": "compare_methods",
     "reproduce": "reproduce",
+    "case": "case",
     "diagnose": "diagnose",
     "replay": "replay",
     "build": "build",
@@ -31,7 +32,7 @@ COMMANDS = {
 GROUPS = {
     "run and look": ("run", "compare", "rerun", "examples"),
     "understand a system": ("check", "explain", "show", "analyse", "inspect"),
-    "measured data": ("diagnose", "replay"),
+    "measured data": ("case", "diagnose", "replay"),
     "compensation": ("design-dpdc", "compare-methods", "reproduce"),
     "make and exchange": ("new", "build", "export-ssp", "linearise", "schema"),
     "the machine": ("doctor",),

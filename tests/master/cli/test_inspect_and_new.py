@@ -131,8 +131,9 @@ def test_help_lists_each_command_in_one_group_with_its_whole_summary():
     assert sorted(name for names in GROUPS.values() for name in names) == sorted(COMMANDS)
     assert "..." not in text.partition("Commands")[2]
     assert "what was computed" not in text
-    assert "Validate CONFIG: every fault at once, or one line that says what is in it." in " ".join(
-        text.split()
+    assert (
+        "Validate CONFIG, a system or a case: every fault at once, or one line that says what is in it."
+        in " ".join(text.split())
     )
 
 
