@@ -8,6 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from fmu_sources.composed.composition import AND, SEPARATOR
 from fmu_sources.effects.catalogue import constant, effect, listed
 from fmu_sources.effects.framework.effect import FirstGuess, Place, Rms
 from fmu_sources.effects.framework.experiment import Experiment
@@ -59,7 +60,7 @@ AT_LIMITS = [
     ("warm_up", {"time_constant": 200.0}),
     ("warm_up", {"time_constant": 5e-3}),
     ("missing_codes", {"share": 0.9995}),
-    ("rate_and_state", {"level": 5.0, "direct": 0.0, "evolution": 1e-3}),
+    ("ageing_contacts", {"level": 5.0, "direct": 0.0, "evolution": 1e-3}),
 ]
 
 
@@ -120,6 +121,12 @@ def test_every_limit_is_tried():
 
     assert tried == {n for n, e in listed().items() if e.limits}
     assert {id(limit) for e in listed().values() for limit in e.limits} == {id(limit) for limit in others}
+
+
+@pytest.mark.parametrize("name", listed())
+def test_the_name_of_an_effect_does_not_split_the_name_of_a_model(name):
+    assert AND not in f"_{name}_"
+    assert SEPARATOR not in name
 
 
 def test_names_of_other_effects_exist():

@@ -141,7 +141,7 @@ POINTS = [
     ("power_law", {"amplitude": 3.0, "exponent": 0.5, "reference": 2.0}, {"position": 8.0}, {}, 1.0, 7.0),
     ("power_law", {"amplitude": 3.0, "exponent": 1.5, "reference": 2.0}, {"position": -8.0}, {}, 1.0, -23.0),
     (
-        "rate_and_state",
+        "ageing_contacts",
         {"level": 3.0, "direct": 2.0, "evolution": 4.0, "length": 0.5, "reference": 0.1, "smoothing": 1e-4},
         {"position": 0.0, "velocity": -0.1},
         {"age": 15.0},
@@ -213,7 +213,7 @@ RATES = [
         2.5,
     ),
     (
-        "rate_and_state",
+        "ageing_contacts",
         {"level": 3.0, "direct": 2.0, "evolution": 4.0, "length": 0.5, "reference": 0.1, "smoothing": 1e-4},
         -0.1,
         {"age": 15.0},

@@ -111,14 +111,14 @@ def test_contacts_age_and_are_renewed(oscillator):
         "reference": 0.01,
         "smoothing": 0.02,
     }
-    model = with_effect(oscillator, "spring", effect("rate_and_state"), starts=starts)
+    model = with_effect(oscillator, "spring", effect("ageing_contacts"), starts=starts)
 
     def law(t, z):
         y, v, age = z
         size = 1.0 + 0.5 * math.log1p(abs(v) / 0.01) + 0.7 * math.log1p(age * 2.0)
         return [v, -(800.0 * y + 4.0 * v + size * math.tanh(v / 0.02)) / 2.0, 1.0 - abs(v) * age / 5e-3]
 
-    names = ("y", "der_y", "spring_rate_and_state_age")
+    names = ("y", "der_y", "spring_ageing_contacts_age")
     assert moved(model, names) == pytest.approx(solved(law, [*START, 0.0]), abs=2e-6)
 
 
@@ -176,7 +176,7 @@ STACKED = (
     ("spring", "squeeze_film", {"coefficient": 3.0, "gap": 0.06}),
     ("spring", "structural_damping", {"coefficient": 100.0}),
     ("spring", "torsion_mode", {"stiffness": 300.0, "frequency": 5.0}),
-    ("spring", "rate_and_state", {"level": 1.0, "direct": 0.5, "evolution": 0.7}),
+    ("spring", "ageing_contacts", {"level": 1.0, "direct": 0.5, "evolution": 0.7}),
     ("spring", "power_law", {"amplitude": 5.0, "reference": 0.02}),
     ("spring", "overflow", {"amplitude": 5.0, "edge": 0.005, "reference": 0.02}),
     ("sensor", "sensor_hysteresis", {"share": 0.4, "width": 1.0}),

@@ -35,7 +35,7 @@ def law(t: Any, value: Any, s: Any, x: Any, p: Any, m: Arithmetic) -> Applied:
 
 
 EFFECT = Effect(
-    name="rate_and_state",
+    name="ageing_contacts",
     description="Friction that depends on speed and on the age of the contacts",
     law=law,
     parameters=(
