@@ -37,10 +37,10 @@ class _Part(BaseModel):
 
 
 class HashedFile(_Part):
-    """A file by its path (None: within an archive), and its SHA-256."""
+    """A file by its path (None: within an archive), and its SHA-256 (None: it could not be read)."""
 
     path: str | None
-    sha256: str
+    sha256: str | None
 
 
 class HashedFmu(HashedFile):
@@ -146,24 +146,26 @@ class Described:
 
 
 def ingredients(path: Path, experiment: Experiment) -> Ingredients:
-    """
-    Hash what goes into a run.
-
-    Raises:
-        OSError: If a file cannot be read.
-    """
+    """Hash what goes into a run."""
     is_archive = path.suffix.lower() in SUFFIXES
     fmus: dict[str, HashedFmu] = {}
     for name, instance in experiment.system.instances.items():
         file = instance.description.path
         shown = None if is_archive else str(file.absolute())
-        fmus[name] = HashedFmu(path=shown, sha256=sha256(file), source=experiment.config.fmus[name].source)
+        fmus[name] = HashedFmu(path=shown, sha256=_hash(file), source=experiment.config.fmus[name].source)
     inputs = {
-        name: HashedFile(path=None if is_archive else str(file.absolute()), sha256=sha256(file))
+        name: HashedFile(path=None if is_archive else str(file.absolute()), sha256=_hash(file))
         for name, file in experiment.inputs.files.items()
     }
-    configuration = HashedFile(path=str(path.absolute()), sha256=sha256(path))
+    configuration = HashedFile(path=str(path.absolute()), sha256=_hash(path))
     return Ingredients(configuration, fmus, inputs, _seeds(experiment))
+
+
+def _hash(path: Path) -> str | None:
+    try:
+        return sha256(path)
+    except OSError:
+        return None
 
 
 def command(given: str, request: Request) -> tuple[str, ...]:
