@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from contextlib import suppress
 from pathlib import Path
 
 from master.errors import FmuError
@@ -108,8 +107,7 @@ def _simulated(
 
     def meanwhile() -> None:
         load_libraries()
-        with suppress(OSError):  # it is looked at again, and told, when the manifest is written
-            described.look()
+        described.look()
 
     return simulate_apart(
         experiment.system,

@@ -39,10 +39,10 @@ class _Part(BaseModel):
 
 
 class HashedFile(_Part):
-    """A file by its path (None: within an archive), and its SHA-256."""
+    """A file by its path (None: within an archive), and its SHA-256 (None: it could not be read)."""
 
     path: str | None
-    sha256: str
+    sha256: str | None
 
 
 class HashedFmu(HashedFile):
@@ -149,25 +149,27 @@ class Described:
 
 
 def ingredients(path: Path, experiment: Experiment, given: Path | None = None) -> Ingredients:
-    """
-    Hash what goes into a run; `given` is the table of `--inputs`, which no archive holds.
-
-    Raises:
-        OSError: If a file cannot be read.
-    """
+    """Hash what goes into a run; `given` is the table of `--inputs`, which no archive holds."""
     is_archive = path.suffix.lower() in SUFFIXES
     fmus: dict[str, HashedFmu] = {}
     for name, instance in experiment.system.instances.items():
         file = instance.description.path
         shown = None if is_archive else str(file.absolute())
-        fmus[name] = HashedFmu(path=shown, sha256=sha256(file), source=experiment.config.fmus[name].source)
+        fmus[name] = HashedFmu(path=shown, sha256=_hash(file), source=experiment.config.fmus[name].source)
     inputs: dict[str, HashedFile] = {}
     for name, file in experiment.inputs.files.items():
         is_given = given is not None and name == str(given)
         shown = None if is_archive and not is_given else str(file.absolute())
-        inputs[GIVEN if is_given else name] = HashedFile(path=shown, sha256=sha256(file))
-    configuration = HashedFile(path=str(path.absolute()), sha256=sha256(path))
+        inputs[GIVEN if is_given else name] = HashedFile(path=shown, sha256=_hash(file))
+    configuration = HashedFile(path=str(path.absolute()), sha256=_hash(path))
     return Ingredients(configuration, fmus, inputs, _seeds(experiment))
+
+
+def _hash(path: Path) -> str | None:
+    try:
+        return sha256(path)
+    except OSError:
+        return None
 
 
 def command(given: str, request: Request) -> tuple[str, ...]:

@@ -144,9 +144,12 @@ def _changed_inputs(first: Manifest, now: Ingredients) -> list[str]:
 def _changed(where: str, before: HashedFile | None, after: HashedFile | None) -> list[str]:
     if before is None or after is None:
         return [f"{where}: is {'new' if before is None else 'gone'}, expected the files of the first run"]
+    file = f" ({after.path})" if after.path else ""
+    if before.sha256 is None or after.sha256 is None:
+        run = "first" if before.sha256 is None else "second"
+        return [f"{where}: could not be read in the {run} run{file}, expected a file with a known hash"]
     if before.sha256 == after.sha256:
         return []
-    file = f" ({after.path})" if after.path else ""
     return [f"{where}: has changed{file}, got sha256 {after.sha256[:12]}, expected {before.sha256[:12]}"]
 
 
