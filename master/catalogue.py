@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
+from fmu_sources.composed.registry import load, model_files
 from fmu_sources.export import build
+from fmu_sources.framework.variables import Role
 
 from .errors import ConfigError, expected, shown
 
@@ -15,6 +17,16 @@ FLAVOURS = build.FLAVOURS
 
 def silent(text: str) -> None:
     """Show nothing."""
+
+
+def compensation_methods() -> list[str]:
+    """Return the names of the models that are methods of compensation with the same plugs."""
+    return [name for name, file in model_files().items() if file.parent.name == "compensators"]
+
+
+def parameters(model: str) -> dict[str, float]:
+    """Return the parameters of a model of the project with their start values."""
+    return {v.name: float(v.start) for v in load(model).group(Role.PARAMETER)}
 
 
 def is_path(source: str) -> bool:

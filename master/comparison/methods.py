@@ -5,12 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
-from fmu_sources.composed.registry import load, model_files
-from fmu_sources.framework.variables import Role
+from master import catalogue
 from master.errors import ConfigError, expected
 
 PAPER = "compensator"
-_FOLDER = "compensators"
 
 
 @dataclass(frozen=True)
@@ -23,12 +21,12 @@ class Method:
 
     def takes(self) -> set[str]:
         """Return the names of the parameters that the model has."""
-        return {v.name for v in load(self.model).group(Role.PARAMETER)}
+        return set(catalogue.parameters(self.model))
 
 
 def all_methods() -> dict[str, Method]:
     """Map names to methods: those of the suite, and the two presets of the paper's compensator."""
-    found = {name: Method(name, name) for name, file in model_files().items() if file.parent.name == _FOLDER}
+    found = {name: Method(name, name) for name in catalogue.compensation_methods()}
     parts = {"cfdc": True, "dpdc": True, "identifier": "kalman"}
     for preset in ("L", "F"):
         found[f"paper_{preset}"] = Method(f"paper_{preset}", PAPER, {**parts, "preset": preset})

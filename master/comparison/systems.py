@@ -7,7 +7,7 @@ import math
 from pathlib import Path
 from typing import Any
 
-from fmu_sources.composed.registry import load
+from master import catalogue
 from master.errors import ConfigError
 from master.system.config import load_config
 from master.text.yaml_lines import read_yaml
@@ -54,7 +54,7 @@ class Base:
         given = (entry.get("parameters") or {}).get(name)
         if given is not None:
             return float(given)
-        return float({v.name: v.start for v in load(entry["source"]).all_variables}[name])
+        return catalogue.parameters(entry["source"])[name]
 
     def beliefs(self, cell: Cell) -> dict[str, float]:
         """
