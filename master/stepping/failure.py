@@ -31,8 +31,6 @@ _DEVIATIONS = {
     Deviation.NO_STATE: "the getter of its state gave none, expected a state to go back to",
     Deviation.NO_TIME: "the last successful time of a step is not a number, got nan, expected a time within "
     "the step",
-    Deviation.STOPPED_SHORT: "the last successful time of a step is within the step although the FMU says "
-    "that it did not return early, expected the step's end",
 }
 
 

@@ -194,6 +194,6 @@ def _do_step(component: int, version: int, function: int, t: float, h: float, an
     if version == 2:
         return Answer(calls.do_step(function, component, t, h), False)
     status = calls.do_step_3(function, component, t, h, answers)
-    if asks(answers, t, h):
+    if asks(answers):
         return handle_step_flags(component, function, t, h, answers, status)
     return Answer(status, False)

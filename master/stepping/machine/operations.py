@@ -44,12 +44,9 @@ class Deviation(IntEnum):
     NO_TIME = (1 << 32) + 4
     TOO_MANY_RETURNS = (1 << 32) + 5
     NO_STATE = (1 << 32) + 6
-    STOPPED_SHORT = (1 << 32) + 7
 
 
-STOOD_STILL, WANTED_EVENTS, ENDED_WITHIN, MISFIT, NO_TIME, TOO_MANY_RETURNS, NO_STATE, STOPPED_SHORT = map(
-    int, Deviation
-)
+STOOD_STILL, WANTED_EVENTS, ENDED_WITHIN, MISFIT, NO_TIME, TOO_MANY_RETURNS, NO_STATE = map(int, Deviation)
 MOST_RETURNS = 10**6  # early returns from one step; more would look as if the run had stopped
 
 _MULTIPLIER, _MODULUS = 48271, 2147483647
@@ -94,17 +91,11 @@ def extrapolate(rings: Floats, first: int, order: int, value: float) -> Any:
 
 
 @inner
-def asks(answers: int, t: float, h: float) -> bool:
-    """Whether an FMU 3.0 asks for anything after a step, or its time is wrong: see `handle_step_flags`."""
+def asks(answers: int) -> bool:
+    """Whether an FMU 3.0 asks for anything after a step, or reached no time: see `handle_step_flags`."""
     time = load(answers, _TIME, FLOAT64)
     flags = load(answers, 0, UINT8) + load(answers, 8, UINT8) + load(answers, 16, UINT8)
-    return flags > 0.0 or time != time or t < time < t + h - _tolerance(t, h)
-
-
-@inner
-def _tolerance(t: float, h: float) -> float:
-    """How far from the end of the step (t, h) its time may be [s]: of a large time one rounding is more."""
-    return 1e-9 * h + 4e-16 * abs(t + h)
+    return flags > 0.0 or time != time
 
 
 @inner
@@ -119,11 +110,10 @@ def handle_step_flags(component: int, do_step: int, t: float, h: float, answers:
         The status is STOOD_STILL if it returned without making progress, TOO_MANY_RETURNS if it returned more
         often than MOST_RETURNS, NO_TIME if the time that it reached is not a number, WANTED_EVENTS if it asks
         for the event mode that it was not given, ENDED_WITHIN if it ends the simulation before the end of the
-        step, STOPPED_SHORT if the time that it reached is within the step and it does not call that an early
-        return (a time that it leaves alone is none of this step).
+        step.
     """
     reached, end, n = t, t + h, 0
-    tolerance = _tolerance(t, h)
+    tolerance = 1e-9 * h + 4e-16 * abs(end)  # of a large time even one rounding is more than 1e-9 of a step
     while not is_bad(status) and load(answers, 0, UINT8) == 0:
         last = load(answers, _TIME, FLOAT64)
         if last != last:
@@ -133,8 +123,6 @@ def handle_step_flags(component: int, do_step: int, t: float, h: float, answers:
         elif load(answers, 8, UINT8) != 0:
             status = ENDED_WITHIN
         elif load(answers, 16, UINT8) == 0:
-            if last > reached:
-                status = STOPPED_SHORT
             break
         elif not last > reached:
             status = STOOD_STILL

@@ -75,27 +75,6 @@ def test_an_early_return_without_getting_on_ends_the_run(compiled):
     assert "without getting on" in str(outcome.error)
 
 
-def test_a_step_that_stops_short_and_does_not_say_so_ends_the_run(compiled):
-    outcome, calls = run(lambda t, end: (0.5 * (t + end) if t == 2.0 else end, PLAIN), compiled)
-
-    assert (outcome.status, outcome.steps, len(calls)) == ("failed", 2, 3)
-    assert "says that it did not return early" in str(outcome.error)
-    assert outcome.result["a.t"].tolist() == [0.0, 1.0, 2.0]
-
-
-def test_a_second_part_of_a_step_that_stops_short_ends_the_run_too(compiled):
-    reached = iter([(1.0, PLAIN), (1.25, (False, False, True)), (1.5, PLAIN)])
-    outcome, calls = run(lambda t, end: next(reached), compiled)
-
-    assert (outcome.status, outcome.steps, len(calls)) == ("failed", 1, 3)
-
-
-def test_a_time_that_an_fmu_leaves_alone_is_no_time_of_this_step(compiled):
-    outcome, _ = run(lambda t, end: (0.0, PLAIN), compiled)
-
-    assert outcome.status == "completed"
-
-
 def test_an_fmu_that_returns_early_again_and_again_ends_the_run(compiled, monkeypatch):
     if not compiled:  # compiled code holds the number; a million returns to Python would take a while
         monkeypatch.setattr(operations, "MOST_RETURNS", 1000)
