@@ -70,7 +70,7 @@ def test_the_header_counts_and_has_the_limits_of_a_step():
     for line in (
         "N_PARAMETERS = 3",
         "N_INPUTS = 1",
-        "N_STATES = 2",
+        "N_STATES = 3",
         "N_CONTINUOUS = 0",
         "SAMPLE_TIME = 1",
         "INPUT_HOLD = -1",
