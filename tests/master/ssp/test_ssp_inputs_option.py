@@ -101,10 +101,10 @@ def test_what_is_wrong_with_the_file_is_said_by_column(archive, given, header, r
 
 
 def test_a_file_that_is_no_table_is_refused(archive, tmp_path):
-    (tmp_path / "x.txt").write_text("t,u\n0,1\n")
+    (tmp_path / "x.xyz").write_text("t,u\n0,1\n")
 
     assert faults(archive, tmp_path / "nix.csv") == [f"--inputs: {tmp_path}/nix.csv: no such file"]
-    assert "kind of file, got '.txt'" in faults(archive, tmp_path / "x.txt")[0]
+    assert "kind of file, got '.xyz'" in faults(archive, tmp_path / "x.xyz")[0]
 
 
 def test_the_ledger_and_the_notes_say_which_value_a_step_uses(archive, given):
