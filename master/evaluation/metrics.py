@@ -33,6 +33,8 @@ NAMES = (
     "zeta_reference",
     "frequency_reference",
 )
+UNITS = {"frequency": "Hz", "phase_deg": "deg", "frequency_reference": "Hz"}
+"""Units of those that have one other than 1."""
 
 
 @np.errstate(over="ignore")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from master.evaluation.metrics import compute_metrics
+from master.evaluation.metrics import UNITS, compute_metrics
 from master.experiment.experiment import Experiment
 from master.pages.render import number, render
 from master.recording.folder import PAGE
@@ -39,12 +39,12 @@ def write_page(experiment: Experiment, outcome: Outcome, manifest: Manifest, fol
         t_end=experiment.grid.time(outcome.steps),
         charts={"run": drawn},
         left_out=left_out,
-        metrics=[[name.replace("_", " "), number(value, 6)] for name, value in metrics.items()],
+        metrics=[[name, number(value, 6), UNITS.get(name, "1")] for name, value in metrics.items()],
         diagram=diagram_uri(experiment),
         wires=[[e.source, e.target, age(e)] for e in experiment.ledger.entries],
         parameters=_parameters(experiment),
         events=[_event(e) for e in experiment.config.events],
-        limits=[[name, f"{limit:g}"] for name, limit in experiment.limits.items()],
+        limits=[[name, f"{limit:g}", outcome.result.unit(name)] for name, limit in experiment.limits.items()],
         manifest=_manifest_rows(manifest),
     )
     write_whole(path, text)
