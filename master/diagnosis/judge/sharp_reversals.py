@@ -2,17 +2,16 @@
 A sign that was rounded as little as the search allows, rounded less.
 
 The search keeps signs smooth enough for any integrator. Where the best law is at that bound, a sharper sign
-may be nearer to what was measured: it is taken where the fit says so, and a replay that does not bear it
-leaves the fit worse.
+may be nearer to what was measured: it is taken where it pays on held-out blocks, as an effect would have to.
+A replay that does not bear it pays nothing.
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
-
 from fmu_sources.effects.framework.common import SMOOTHING
+from master.diagnosis.numerics.gains import is_accepted
 from master.diagnosis.numerics.least_squares import FreeParameter
 from master.diagnosis.search.study import FINE
 
@@ -20,7 +19,6 @@ from .part_result import PartResult
 
 SHARPER = (0.3, 0.1, 0.02)  # first guesses, over the bound of the search
 SHARPEST = 0.01  # the bound then
-LEAST_GAIN = 10.0  # of twice the log likelihood of white noise: a chance of 1 in 600
 
 
 def with_sharp_reversals(result: PartResult) -> PartResult:
@@ -44,8 +42,7 @@ def with_sharp_reversals(result: PartResult) -> PartResult:
         for share in SHARPER
     ]
     found = study.fitted(sharper, guesses, FINE)
-    n_values = study.fit_rows.sum() * study.measured.shape[1]
-    if n_values * np.log(fit.cost / found.cost) < LEAST_GAIN:
+    if not is_accepted(study.gain(fit, found), 1, is_first=False):
         return result
     return replace(result, chosen=sharper.started_at(found.values), fit=found)
 
