@@ -84,7 +84,9 @@ class Amb(Model):
         reached = four_poles(x.reached, u.s_act, share)
         s = reached[3]
         s1, s2, s3 = x.past
-        once, twice, thrice = s - s1, s - 2.0 * s1 + s2, s - 3.0 * (s1 - s2) - s3
+        once = s - s1
+        twice = s - 2.0 * s1 + s2
+        thrice = s - 3.0 * (s1 - s2) - s3
         phi = (
             s,
             d.d1 * (once + twice / 2.0 + thrice / 3.0) / T,

@@ -90,7 +90,8 @@ class Ats(Model):
         reached = four_poles(x.reached, u.s_act, share)
         s = reached[3]
         s1, s2 = x.past
-        once, twice = s - s1, s - 2.0 * s1 + s2
+        once = s - s1
+        twice = s - 2.0 * s1 + s2
         phi = (s, d.d1 * (once + twice / 2.0) / T, d.d2 * twice / (T * T))
         left = commanded[3] - sum(phi)
         products = (
@@ -112,7 +113,8 @@ def _solved(normal: Any, right: Any) -> tuple[Any, Any, Any]:
     """Solve the normal equations with the prior by Cholesky's way: no pivot is below PRIOR."""
     n00, n01, n02, n11, n12, n22 = normal
     d0 = n00 + PRIOR
-    l10, l20 = n01 / d0, n02 / d0
+    l10 = n01 / d0
+    l20 = n02 / d0
     d1 = n11 + PRIOR - l10 * n01
     c12 = n12 - l10 * n02
     l21 = c12 / d1

@@ -2,8 +2,8 @@
 Force of the missing displacement by a stiffness and a damping that are identified on-line, over an inverse.
 
     f_l    = f_mea + T_f_hat f_mea'
-    f_l    = -k s - c s',   s = s_act - x:   (k, c) by recursive least squares with a memory, behind four
-    poles
+    f_l    = -k s - c s',   s = s_act - x:   (k, c) by recursive least squares with a memory, both
+    sides through four poles
     f_comp = f_l - k (s_des - s_act) - c (s_des' - s_act'),   backward differences
     s_cmd  = s_des + d_1 v + d_2 a + d_3 j where `inverse` is on, else s_des; see `plant.py`
 

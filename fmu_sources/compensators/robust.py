@@ -515,7 +515,9 @@ def _command(x: Any, u: Any, a: Any, known: Prior, p: Any, m: Arithmetic) -> Val
     S_cmd = four_poles(x.S_cmd, s_cmd, share)
     S_act = four_poles(x.S_act, u.s_act, share)
     S = S_act[3]
-    once, twice, thrice = S - x.S_1, S - 2.0 * x.S_1 + x.S_2, S - 3.0 * (x.S_1 - x.S_2) - x.S_3
+    once = S - x.S_1
+    twice = S - 2.0 * x.S_1 + x.S_2
+    thrice = S - 3.0 * (x.S_1 - x.S_2) - x.S_3
     der_1 = (once + twice / 2.0 + thrice / 3.0) / T
     der_2 = (twice + thrice) / (T * T)
     der_3 = thrice / (T * T * T)

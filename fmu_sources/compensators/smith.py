@@ -72,7 +72,8 @@ class Smith(Model):
 
     def initial(self, x: Any, u: Any, p: Any, m: Arithmetic) -> Values:
         k = p.k_m * p.k_p / (p.k_m + p.k_p)
-        desired, modelled = u.s_des - u.x, u.s_act - u.x
+        desired = u.s_des - u.x
+        modelled = u.s_act - u.x
         return {
             **{"f_comp": u.f_mea + k * (modelled - desired), "s_cmd": u.s_des, **lead_start(u, p)},
             **{"s_model": u.s_act, "v_model": 0.0, "a_model": 0.0, "line": (u.s_act,) * (LONGEST + 1)},
@@ -82,7 +83,8 @@ class Smith(Model):
 
     def update(self, t: Any, x: Any, u: Any, p: Any, m: Arithmetic, slot: SlotFunction = no_effect) -> Values:
         Y = process_parameters(p, BILINEAR)
-        desired, modelled = u.s_des - u.x, x.s_model - u.x
+        desired = u.s_des - u.x
+        modelled = x.s_model - u.x
         y_d = _force(Y, x.y_d, (desired, *x.desired))
         y_m = _force(Y, x.y_m, (modelled, *x.modelled))
         f_comp = led_force(x, u, p) + y_m - y_d

@@ -35,7 +35,7 @@ EFFECT = Effect(
         parameter("share", 0.0, "1", "Share that follows c", minimum=-2.0, maximum=2.0),
         parameter("width", 0.0, "{value}", "Half of the play h", minimum=0.0),
     ),
-    states=(state("followed", "{value}", "Value behind the play z"),),
+    states=(state("followed", "{value}", "Value after the play z"),),
     absent={"share": 0.0},
     scale=lambda rms: {"share": 0.1, "width": 0.3 * rms.value},
     places=SIGNAL,

@@ -41,8 +41,8 @@ def rerun(folder: Path, output: Path | None, as_json: bool) -> None:
 
 def _say(folder: Path, found: Repeated) -> None:
     if found.is_same and found.comparison is not None:
-        rows, signals = found.comparison.rows, len(found.comparison.differences)
-        say(f"{folder}: same bits in {rows} rows of {signals} signals")
+        n_signals = len(found.comparison.differences)
+        say(f"{folder}: same bits in {found.comparison.rows} rows of {n_signals} signals")
     else:
         say(f"{folder}: not the same run")
     for line in found.faults:

@@ -13,7 +13,7 @@ PAPER = "compensator"
 
 @dataclass(frozen=True)
 class Method:
-    """A name, the model behind it and the values that make it this method."""
+    """A name, its model and the values that make it this method."""
 
     name: str
     model: str

@@ -34,7 +34,7 @@ class Selection:
 
 
 class SelectedRows:
-    """A sink that hands on what is selected."""
+    """A sink that passes on what is selected."""
 
     def __init__(self, selection: Selection, sink: Sink) -> None:
         self._selection = selection
