@@ -11,11 +11,9 @@ Inputs   s_des, s_act, x [m], f_mea [N], v_des [m/s], a_des [m/s2]      used: s_
 Outputs  f_comp [N], s_cmd [m]
 States   f_comp, s_cmd, the filters (steady in s_act), theta, last values
 Source   Chen, Chang, Spencer, Tsai, Adaptive model-based tracking control for real-time hybrid simulation,
-         Bull.
-         Earthquake Eng. 13 (2015); Fermandois-Cornejo, RobustAMBCvRTHS.
+         Bull. Earthquake Eng. 13 (2015); Fermandois-Cornejo, RobustAMBCvRTHS.
 Deviation  The gains are relative rates, so that they do not depend on amplitude; four equal poles instead
-         of a
-         Butterworth filter.
+         of a Butterworth filter.
 Valid    Plants near the believed one: the rates are those of drift, not of a wrong start.
 """
 
@@ -26,18 +24,8 @@ from typing import Any
 from ..framework.arithmetic import Arithmetic
 from ..framework.model import Model, SlotFunction, Values, no_effect
 from ..framework.variables import declare, parameter, sampled, state, vector
-from .plant import (
-    LEAD_MEMORY,
-    M_S,
-    PLANT,
-    T_F_HAT,
-    four_poles,
-    inverse,
-    lead_start,
-    led_force,
-    motion,
-)
-from .plugs import INPUTS, OUTPUTS, SAMPLE_TIME, TERMINALS
+from .plant import LEAD, four_poles, inverse, lead_memory, lead_start, led_force, motion
+from .plugs import TERMINALS
 
 LEVEL = 1e-6
 """Amplitude of s_act below which nothing is learned [m]."""
@@ -51,13 +39,7 @@ class Amb(Model):
     variables = declare(
         parameter("rate", 1.0, "1/s", "Rate of the adaptation", minimum=0.0),
         parameter("filter_frequency", 20.0, "Hz", "Corner of the four poles", above=0.0),
-        T_F_HAT,
-        M_S,
-        PLANT,
-        SAMPLE_TIME,
-        INPUTS,
-        OUTPUTS,
-        LEAD_MEMORY,
+        LEAD,
         vector(sampled(state("commanded", "m", "s_cmd after the filter"), hidden=True), 4),
         vector(sampled(state("reached", "m", "s_act after the filter"), hidden=True), 4),
         vector(sampled(state("past", "m", "Filtered s_act of earlier periods"), hidden=True), 3),
@@ -98,7 +80,7 @@ class Amb(Model):
         theta = tuple(old + T * p.rate * part * left / size for old, part in zip(x.theta, phi, strict=True))
         return {
             **{"f_comp": f_comp, "s_cmd": s_cmd, "theta": theta},
-            **{"last_f_mea": u.f_mea, "last_s_des": u.s_des, "last_a": now.a},
+            **lead_memory(u, now.a),
             **{"commanded": commanded, "reached": reached, "past": (s, s1, s2)},
         }
 

@@ -11,8 +11,8 @@ Inputs   s_des, s_act, x [m], f_mea [N], v_des [m/s], a_des [m/s2]      used: s_
 Outputs  f_comp [N], s_cmd [m]
 States   f_comp, s_cmd, the filters (steady in s_act), normal equations, last values
 Source   Chae, Kazemibidokhti, Ricles, Adaptive time series compensator for delay compensation of
-         servo-hydraulic
-         actuator systems for real-time hybrid simulation, Earthquake Eng. Struct. Dyn. 42 (2013).
+         servo-hydraulic actuator systems for real-time hybrid simulation,
+         Earthquake Eng. Struct. Dyn. 42 (2013).
 Deviation  A memory that fades instead of a moving window; the prior keeps the equations regular at one
          frequency.
 Valid    Second order: what a plant of third order does beyond it stays.
@@ -25,18 +25,8 @@ from typing import Any
 from ..framework.arithmetic import Arithmetic
 from ..framework.model import Model, SlotFunction, Values, no_effect
 from ..framework.variables import declare, parameter, sampled, state, vector
-from .plant import (
-    LEAD_MEMORY,
-    M_S,
-    PLANT,
-    T_F_HAT,
-    four_poles,
-    inverse,
-    lead_start,
-    led_force,
-    motion,
-)
-from .plugs import INPUTS, OUTPUTS, SAMPLE_TIME, TERMINALS
+from .plant import LEAD, four_poles, inverse, lead_memory, lead_start, led_force, motion
+from .plugs import TERMINALS
 
 PRIOR = 1e-10
 """Weight of the believed plant: a mean square of s_act [m2]."""
@@ -53,13 +43,7 @@ class Ats(Model):
             "bound", 0.3, "1", "Largest change of a coefficient in terms of the believed one", minimum=0.0
         ),
         parameter("filter_frequency", 20.0, "Hz", "Corner of the four poles", above=0.0),
-        T_F_HAT,
-        M_S,
-        PLANT,
-        SAMPLE_TIME,
-        INPUTS,
-        OUTPUTS,
-        LEAD_MEMORY,
+        LEAD,
         vector(sampled(state("commanded", "m", "s_cmd after the filter"), hidden=True), 4),
         vector(sampled(state("reached", "m", "s_act after the filter"), hidden=True), 4),
         vector(sampled(state("past", "m", "Filtered s_act of earlier periods"), hidden=True), 2),
@@ -102,7 +86,7 @@ class Ats(Model):
         w = T / p.memory
         return {
             **{"f_comp": f_comp, "s_cmd": s_cmd},
-            **{"last_f_mea": u.f_mea, "last_s_des": u.s_des, "last_a": now.a},
+            **lead_memory(u, now.a),
             **{"commanded": commanded, "reached": reached, "past": (s, s1)},
             "normal": tuple(old + w * (new - old) for old, new in zip(x.normal, products, strict=True)),
             "right": tuple(old + w * (part * left - old) for old, part in zip(x.right, phi, strict=True)),

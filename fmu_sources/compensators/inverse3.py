@@ -20,8 +20,8 @@ from typing import Any
 from ..framework.arithmetic import Arithmetic
 from ..framework.model import Model, SlotFunction, Values, no_effect
 from ..framework.variables import declare
-from .plant import LEAD_MEMORY, M_S, PLANT, T_F_HAT, command, inverse, lead_start, led_force, motion
-from .plugs import INPUTS, OUTPUTS, SAMPLE_TIME, TERMINALS
+from .plant import LEAD, command, inverse, lead_memory, lead_start, led_force, motion
+from .plugs import TERMINALS
 
 
 class Inverse3(Model):
@@ -30,13 +30,7 @@ class Inverse3(Model):
     name = "inverse3"
     description = "Third-order inverse of the motion simulator on its command"
     variables = declare(
-        T_F_HAT,
-        M_S,
-        PLANT,
-        SAMPLE_TIME,
-        INPUTS,
-        OUTPUTS,
-        LEAD_MEMORY,
+        LEAD,
     )
     terminals = TERMINALS
     sample_time = "sample_time"
@@ -49,7 +43,7 @@ class Inverse3(Model):
         now = motion(u.s_des, f_comp / p.m_s, x, p)
         return {
             **{"f_comp": f_comp, "s_cmd": command(now, inverse(p))},
-            **{"last_f_mea": u.f_mea, "last_s_des": u.s_des, "last_a": now.a},
+            **lead_memory(u, now.a),
         }
 
 

@@ -16,6 +16,7 @@ import math
 from typing import Any, NamedTuple
 
 from ..framework.variables import declare, parameter, sampled, state
+from .plugs import INPUTS, OUTPUTS, SAMPLE_TIME
 
 T_F_HAT = parameter("T_f_hat", 0.01, "s", "Believed time constant of the force sensor", minimum=0.0)
 M_S = parameter("m_s", 820.0, "kg", "Mass of the spacecraft as in its model", above=0.0)
@@ -31,6 +32,8 @@ LEAD_MEMORY = declare(
     sampled(state("last_a", "m/s2", "Acceleration of the spacecraft, k-1"), hidden=True),
 )
 """States of `led_force` and `motion`."""
+LEAD = declare(T_F_HAT, M_S, PLANT, SAMPLE_TIME, INPUTS, OUTPUTS, LEAD_MEMORY)
+"""What every method declares that leads the force and inverts the plant."""
 
 
 class Inverse(NamedTuple):
@@ -81,7 +84,12 @@ def command(now: Motion, d: Inverse) -> Any:
 
 def lead_start(u: Any, p: Any) -> dict[str, Any]:
     """Return the start of `LEAD_MEMORY`."""
-    return {"last_f_mea": u.f_mea, "last_s_des": u.s_des, "last_a": u.f_mea / p.m_s}
+    return lead_memory(u, u.f_mea / p.m_s)
+
+
+def lead_memory(u: Any, a: Any) -> dict[str, Any]:
+    """Return `LEAD_MEMORY` after a period with the acceleration a [m/s2]."""
+    return {"last_f_mea": u.f_mea, "last_s_des": u.s_des, "last_a": a}
 
 
 def four_poles(stages: Any, value: Any, share: Any) -> tuple[Any, ...]:

@@ -11,8 +11,7 @@ Inputs   s_des, s_act, x [m], f_mea [N], v_des [m/s], a_des [m/s2]      used: s_
 Outputs  f_comp [N], s_cmd [m]
 States   f_comp, s_cmd, the filters (steady in the inputs), normal equations, last values
 Source   After Qi, Li, Zhao and others, J. Mech. Des. 145:073302 (2023) and J. Aerosp. Eng. (2024): force
-         delay by
-         lead, motion delay by an identified contact.
+         delay by lead, motion delay by an identified contact.
 Deviation  Written from the abstracts: the identifier is a least-squares one of the project's own.
 Valid    Contact that a spring and a damper describe near the loop frequency.
 """
@@ -24,19 +23,8 @@ from typing import Any
 from ..framework.arithmetic import Arithmetic
 from ..framework.model import Model, SlotFunction, Values, no_effect
 from ..framework.variables import declare, parameter, sampled, state, switch, vector
-from .plant import (
-    LEAD_MEMORY,
-    M_S,
-    PLANT,
-    T_F_HAT,
-    command,
-    four_poles,
-    inverse,
-    lead_start,
-    led_force,
-    motion,
-)
-from .plugs import INPUTS, OUTPUTS, SAMPLE_TIME, TERMINALS
+from .plant import LEAD, command, four_poles, inverse, lead_memory, lead_start, led_force, motion
+from .plugs import TERMINALS
 
 PRIOR = 1e-9
 """Weight of the believed contact: a mean square of s [m2]."""
@@ -54,13 +42,7 @@ class Qi(Model):
         parameter("filter_frequency", 10.0, "Hz", "Corner of the four poles", above=0.0),
         parameter("time_scale", 0.1, "s", "Time that makes s' comparable with s in the prior", above=0.0),
         switch("inverse", True, "Third-order inverse on the command"),
-        T_F_HAT,
-        M_S,
-        PLANT,
-        SAMPLE_TIME,
-        INPUTS,
-        OUTPUTS,
-        LEAD_MEMORY,
+        LEAD,
         sampled(state("last_s_act", "m", "Actual displacement, k-1"), hidden=True),
         vector(sampled(state("force", "N", "f_l after the filter"), hidden=True), 4),
         vector(sampled(state("elongation", "m", "s_act - x after the filter"), hidden=True), 4),
@@ -99,7 +81,8 @@ class Qi(Model):
         now = motion(u.s_des, f_comp / p.m_s, x, p)
         return {
             **{"f_comp": f_comp, "s_cmd": m.where(p.inverse, command(now, inverse(p)), u.s_des)},
-            **{"last_f_mea": u.f_mea, "last_s_des": u.s_des, "last_a": now.a, "last_s_act": u.s_act},
+            **lead_memory(u, now.a),
+            "last_s_act": u.s_act,
             **{"force": force, "elongation": elongation, "normal": (n00, n01, n11), "right": (r0, r1)},
         }
 

@@ -25,18 +25,8 @@ from ..docking_contact.equations import PARAMETERS as CONTACT_PARAMETERS
 from ..framework.arithmetic import Arithmetic
 from ..framework.model import Model, SlotFunction, Values, no_effect
 from ..framework.variables import declare, sampled, state, switch, vector
-from .plant import (
-    LEAD_MEMORY,
-    M_S,
-    PLANT,
-    T_F_HAT,
-    command,
-    inverse,
-    lead_start,
-    led_force,
-    motion,
-)
-from .plugs import INPUTS, OUTPUTS, SAMPLE_TIME, TERMINALS
+from .plant import LEAD, command, inverse, lead_memory, lead_start, led_force, motion
+from .plugs import TERMINALS
 
 BILINEAR = 0.5
 LONGEST = 20
@@ -51,13 +41,7 @@ class Smith(Model):
     variables = declare(
         [v for v in CONTACT_PARAMETERS if not v.name.startswith("k_p_")],
         switch("inverse", True, "Third-order inverse on the command"),
-        T_F_HAT,
-        M_S,
-        PLANT,
-        SAMPLE_TIME,
-        INPUTS,
-        OUTPUTS,
-        LEAD_MEMORY,
+        LEAD,
         sampled(state("s_model", "m", "Displacement of the believed plant"), hidden=True),
         sampled(state("v_model", "m/s", "Its velocity"), hidden=True),
         sampled(state("a_model", "m/s2", "Its acceleration"), hidden=True),
@@ -95,7 +79,7 @@ class Smith(Model):
         s, v, a = _plant((x.s_model, x.v_model, x.a_model), acting, p)
         return {
             **{"f_comp": f_comp, "s_cmd": s_cmd},
-            **{"last_f_mea": u.f_mea, "last_s_des": u.s_des, "last_a": now.a},
+            **lead_memory(u, now.a),
             **{"s_model": s, "v_model": v, "a_model": a, "line": line},
             **{"desired": (desired, x.desired[0]), "modelled": (modelled, x.modelled[0])},
             **{"y_d": (y_d, x.y_d[0]), "y_m": (y_m, x.y_m[0])},

@@ -22,8 +22,8 @@ from typing import Any
 from ..framework.arithmetic import Arithmetic
 from ..framework.model import Model, SlotFunction, Values, no_effect
 from ..framework.variables import declare, parameter, sampled, state
-from .plant import LEAD_MEMORY, M_S, PLANT, T_F_HAT, command, inverse, lead_start, led_force, motion
-from .plugs import INPUTS, OUTPUTS, SAMPLE_TIME, TERMINALS
+from .plant import LEAD, command, inverse, lead_memory, lead_start, led_force, motion
+from .plugs import TERMINALS
 
 LEAST_SPEED = 1e-9
 """Speed [m/s] below which no damper acts."""
@@ -36,13 +36,7 @@ class Tdpa(Model):
     description = "Time-domain passivity control over a third-order inverse"
     variables = declare(
         parameter("largest_damping", 2000.0, "N s/m", "Largest damping of the controller", minimum=0.0),
-        T_F_HAT,
-        M_S,
-        PLANT,
-        SAMPLE_TIME,
-        INPUTS,
-        OUTPUTS,
-        LEAD_MEMORY,
+        LEAD,
         sampled(state("energy", "J", "Energy that the loop has generated"), hidden=True),
         sampled(state("last_s_act", "m", "Actual displacement, k-1"), hidden=True),
     )
@@ -68,7 +62,7 @@ class Tdpa(Model):
         return {
             **{"f_comp": f_comp, "s_cmd": command(now, inverse(p))},
             **{"energy": m.where(left > 0.0, left, 0.0), "last_s_act": u.s_act},
-            **{"last_f_mea": u.f_mea, "last_s_des": u.s_des, "last_a": now.a},
+            **lead_memory(u, now.a),
         }
 
 
