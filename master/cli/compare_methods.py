@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import click
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
 from master.comparison.cells import SHIPPED, read_cells
 from master.comparison.compare import Score, check, compare, tasks
@@ -15,7 +14,7 @@ from master.comparison.page import shown, write_page
 from master.installation import configuration
 
 from .common import JSON, answers_errors, calls_fmus, print_json, say, show_building
-from .console import STDERR
+from .counted import counted_progress
 
 CASES = ("low_frequency", "high_frequency", "experiment", "experiment_1000kg")
 
@@ -59,13 +58,7 @@ def compare_methods(
     paths = [configuration(config) for config in configs or map(Path, CASES)]
     work = tasks(paths, read_cells(cells), chosen(methods), seeds)
     check(work, show_building)
-    columns = (
-        TextColumn("{task.description}", markup=False),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeElapsedColumn(),
-    )
-    with Progress(*columns, console=STDERR) as bar:
+    with counted_progress() as bar:
         task = bar.add_task("cells by methods", total=len(work))
         scores = compare(work, lambda n: bar.advance(task, n), processes)
     page = output / "comparison.html"

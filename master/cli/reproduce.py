@@ -7,7 +7,6 @@ from collections.abc import Callable
 from pathlib import Path
 
 import click
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from master.reproduce.claims.claim import CONDITION, FAILS, HOLDS
@@ -16,6 +15,7 @@ from master.reproduce.reproduction import reproduce as reproduce_paper
 
 from .common import JSON, answers_errors, calls_fmus, print_json, say, show_building
 from .console import STDERR
+from .counted import counted_progress
 
 _STYLES = {HOLDS: "green", CONDITION: "yellow", FAILS: "red"}
 
@@ -34,13 +34,7 @@ _STYLES = {HOLDS: "green", CONDITION: "yellow", FAILS: "red"}
 @calls_fmus
 def reproduce(output: Path, as_json: bool) -> None:
     """Reproduce the paper: runs of the FMUs for each figure and claim, judged, on one page."""
-    columns = (
-        TextColumn("{task.description}", markup=False),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeElapsedColumn(),
-    )
-    with Progress(*columns, console=STDERR) as bar:
+    with counted_progress() as bar:
 
         def stage(name: str, total: int) -> Callable[[int], None]:
             task = bar.add_task(name, total=total)
