@@ -144,6 +144,7 @@ class System:
         unit: Mapping[str, str] | None = None,
         stop_time: float | None = None,
         step_size: float | None = None,
+        inputs: str | Path | None = None,
         progress: bool | Progress = False,
     ) -> Run:
         """
@@ -155,6 +156,8 @@ class System:
             unit: Units of these values where they are not the variables' own: `{"force_sensor.T_f": "ms"}`.
             stop_time: End [s] instead of the file's.
             step_size: Length of a tick [s] instead of the file's.
+            inputs: A recording (CSV, Parquet, NPZ, MAT) whose columns drive free inputs of the same name,
+                as `--inputs` does; it is read for each run.
             progress: True for a bar, or a function that is called with the share that is done, 0 to 1.
 
         Returns:
@@ -166,7 +169,7 @@ class System:
             KeyboardInterrupt: If the run was interrupted.
         """
         values = self._in_own_units(set or {}, unit or {})
-        experiment = self._prepare(self._request(variant, values, stop_time, step_size))
+        experiment = self._prepare(self._request(variant, values, stop_time, step_size, inputs))
         with WORKING, _shown(progress, experiment) as advance:
             outcome = simulate(
                 experiment.system,
@@ -299,14 +302,17 @@ class System:
         return loaded
 
     def _prepare(self, request: Request) -> Experiment:
-        if request not in self._prepared:
-            given = {name: block.description(name) for name, block in self._blocks.items()}
-            try:
-                self._prepared[request] = prepare_to_run(self._source, request, silent, given)
-            except ConfigError as error:
-                raise ConfigError(map(_without_dashes, error.problems)) from None
-            self._unpack(self._prepared[request])
-        return self._prepared[request]
+        if request in self._prepared:
+            return self._prepared[request]
+        given = {name: block.description(name) for name, block in self._blocks.items()}
+        try:
+            experiment = prepare_to_run(self._source, request, silent, given)
+        except ConfigError as error:
+            raise ConfigError(map(_without_dashes, error.problems)) from None
+        self._unpack(experiment)
+        if request.inputs is None:  # a recording may change between two runs
+            self._prepared[request] = experiment
+        return experiment
 
     def _unpack(self, experiment: Experiment) -> None:
         for name, instance in experiment.system.instances.items():
@@ -315,10 +321,16 @@ class System:
                 self._folders[d.path] = unpacked.acquire(d, unpacked.unpack)
 
     def _request(
-        self, variant: str | None, values: Values, stop_time: float | None, step_size: float | None
+        self,
+        variant: str | None,
+        values: Values,
+        stop_time: float | None,
+        step_size: float | None,
+        inputs: str | Path | None = None,
     ) -> Request:
         assignments = tuple(f"{name}={json.dumps(plain(value))}" for name, value in values.items())
-        return Request(variant, assignments, stop_time, step_size, self._flavour)
+        recording = None if inputs is None else Path(inputs)
+        return Request(variant, assignments, stop_time, step_size, self._flavour, inputs=recording)
 
     def _in_own_units(self, values: Values, units: Mapping[str, str]) -> dict[str, Any]:
         """Convert values that are given in other units to those of their variables."""

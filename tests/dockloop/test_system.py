@@ -40,6 +40,17 @@ def test_a_parameter_of_a_block_is_set_like_that_of_an_fmu(sprung):
     assert sprung.run()["mass.s_des"].tolist() == semi_implicit(500)
 
 
+def test_a_recording_drives_a_free_input_and_is_read_for_each_run(tmp_path):
+    mass = {"source": "spacecraft", "parameters": {"m_s": 2.0}}
+    system = dl.load({"name": "pushed", "step_size": 0.01, "stop_time": 1.0, "fmus": {"mass": mass}})
+    push = tmp_path / "push.csv"
+    for force in (4.0, 8.0):
+        push.write_text(f"t,mass.f\n0,{force}\n1,{force}\n", encoding="utf-8")
+        run = system.run(inputs=push)
+
+        assert run["mass.v_des"] == pytest.approx(force / 2.0 * run.time, rel=1e-12)
+
+
 def test_a_block_takes_the_place_of_an_fmu_of_a_file(tmp_path):
     text = """\
 name: file
