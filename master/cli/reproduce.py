@@ -29,10 +29,16 @@ _STYLES = {HOLDS: "green", CONDITION: "yellow", FAILS: "red"}
     metavar="DIR",
     help="Folder for the page and the figures.",
 )
+@click.option(
+    "--only",
+    multiple=True,
+    metavar="ID",
+    help="A claim or a figure of the page instead of all, repeated: --only 10 --only ideal.",
+)
 @JSON
 @answers_errors
 @calls_fmus
-def reproduce(output: Path, as_json: bool) -> None:
+def reproduce(output: Path, only: tuple[str, ...], as_json: bool) -> None:
     """Reproduce the paper: runs of the FMUs for each figure and claim, judged, on one page."""
     with counted_progress() as bar:
 
@@ -40,7 +46,7 @@ def reproduce(output: Path, as_json: bool) -> None:
             task = bar.add_task(name, total=total)
             return lambda n: bar.advance(task, n)
 
-        found = reproduce_paper(output, stage, show_building)
+        found = reproduce_paper(output, stage, show_building, only)
     if as_json:
         print_json(found.as_dict())
     else:

@@ -59,12 +59,13 @@ class _ShownClaim:
 def write_page(content: Content, path: Path) -> Path:
     """Write the page."""
     rows = [row for _, judged in content.judged for row in judged]
+    figures = [figure for figure in FIGURES if figure.id in content.charts]
     text = render(
         "master.reproduce",
         "reproduction.html.j2",
         charts={name: [_thinned(chart) for chart in charts] for name, charts in content.charts.items()},
-        figures=FIGURES,
-        titles={figure.id: _title(figure) for figure in FIGURES},
+        figures=figures,
+        titles={figure.id: _title(figure) for figure in figures},
         classes=_CLASSES,
         counts=_counts(rows),
         of_many=_of_many,

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from master.errors import ConfigError, Problem, nearest
 from master.pages.picture import save
 from master.reproduce.claims.claim import Claim, Row, changed_verdicts, judge, wishes
 from master.reproduce.figures.figure import Figure
@@ -44,25 +45,32 @@ class Reproduction:
         return {"claims": claims, "changed": list(self.changed), "files": self.files}
 
 
-def reproduce(folder: Path, stage: Stage, say: Callable[[str], None]) -> Reproduction:
+def reproduce(
+    folder: Path, stage: Stage, say: Callable[[str], None], only: Sequence[str] = ()
+) -> Reproduction:
     """
-    Reproduce the paper.
+    Reproduce the paper, or some of it.
 
     Args:
         folder: Where the page, the PNG files and claims.json go.
         stage: Begins a stage by name and number of parts; returns what counts the parts done.
         say: Shows that an FMU is built.
+        only: Names of claims and numbers of figures; all where there are none.
+
+    Raises:
+        ConfigError: With each name that is neither.
     """
-    wanted = merged([wishes(CLAIMS), *(figure.wishes for figure in FIGURES)])
+    claims, figures = _chosen(only)
+    wanted = merged([wishes(claims), *(figure.wishes for figure in figures)])
     build_fmus(wanted, say)
     with _one_thread_each():
         recordings = perform_all(wanted, stage("runs of the FMUs", len(wanted)))
-    judged = [(claim, judge(claim, recordings)) for claim in CLAIMS]
-    drawing = stage("figures", len(FIGURES) + 1)
+    judged = [(claim, judge(claim, recordings)) for claim in claims]
+    drawing = stage("figures", len(figures) + 1)
     charts = {}
     (folder / "figures").mkdir(parents=True, exist_ok=True)
     pictures = {}
-    for figure in FIGURES:
+    for figure in figures:
         charts[figure.id] = figure.draw(recordings)
         pictures[figure.id] = str(save(_title(figure), charts[figure.id], folder / "figures" / _name(figure)))
         drawing(1)
@@ -73,6 +81,19 @@ def reproduce(folder: Path, stage: Stage, say: Callable[[str], None]) -> Reprodu
     files["claims"] = str(_write_claims(rows, folder / "claims.json"))
     changed = [text for claim, own in judged for text in changed_verdicts(claim, own)]
     return Reproduction(rows, changed, files)
+
+
+def _chosen(only: Sequence[str]) -> tuple[Sequence[Claim], Sequence[Figure]]:
+    if not only:
+        return CLAIMS, FIGURES
+    known = [*(claim.id for claim in CLAIMS), *(figure.id for figure in FIGURES)]
+    unknown = [name for name in only if name not in known]
+    if unknown:
+        raise ConfigError(
+            Problem("neither a claim nor a figure", where="--only", got=name, expected=nearest(name, known))
+            for name in unknown
+        )
+    return [c for c in CLAIMS if c.id in only], [f for f in FIGURES if f.id in only]
 
 
 def _write_claims(rows: Sequence[Row], path: Path) -> Path:

@@ -1,4 +1,4 @@
-"""Ten thousand systems in one process, with native FMUs, leak neither handles nor memory."""
+"""Thousands of systems in one process, with native FMUs, leak neither handles nor memory."""
 
 import os
 import sys
@@ -17,7 +17,8 @@ pytestmark = [
     pytest.mark.skipif(not sys.platform.startswith("linux"), reason="counts what /proc shows"),
 ]
 
-RUNS, WARM_UP = 10_000, 500
+RUNS = int(os.environ.get("DOCKLOOP_LEAK_RUNS", "2000"))  # 10 000 and more on demand
+WARM_UP = 500
 PAGE = 4096
 
 
@@ -58,12 +59,12 @@ def run(experiment, n):
         assert outcome.status == "completed"
 
 
-def test_ten_thousand_systems_leave_nothing_behind(experiment):
+def test_thousands_of_systems_leave_nothing_behind(experiment):
     run(experiment, WARM_UP)
     before = handles(), mapped(), resident()
     run(experiment, RUNS)
 
     assert handles() == before[0]
-    assert mapped() < before[1] + 200  # a library that stays loaded has five mappings a run: 50 000
-    # an instance is 1.5 kB, so two that stay in each run would be 30 MB; the allocators' own drift is below 8
-    assert resident() < before[2] + 8 * 2**20
+    assert mapped() < before[1] + 200  # a library that stays loaded has five mappings a run
+    # two instances of 1.5 kB that stay in each run would be 3 kB a run; the allocators drift by 2 MB at most
+    assert resident() < before[2] + 2 * 2**20 + RUNS * 1000

@@ -7,12 +7,14 @@ import re
 import numpy as np
 import pytest
 
+from master.errors import ConfigError
 from master.pages.chart import Chart, Curve
 from master.reproduce.claims.claim import CONDITION, HOLDS, Claim, Row
 from master.reproduce.facts.errata import ERRATA
 from master.reproduce.facts.orders import Ordered
 from master.reproduce.figures.registry import FIGURES
 from master.reproduce.page import Content, write_page
+from master.reproduce.reproduction import reproduce
 
 CHART = Chart("</script>", "time [s]", "force [N]", [Curve("f", np.arange(3.0), np.arange(3.0))])
 CLAIM = Claim("stable", "Sec. I", "It is <stable>", "because", ())
@@ -64,3 +66,20 @@ def test_every_erratum_is_listed(page):
     for erratum in ERRATA:
         assert erratum.place in page
     assert len(ERRATA) == 21
+
+
+def test_only_the_figures_that_were_drawn_are_on_the_page(tmp_path):
+    content = Content({"10": [CHART]}, [(CLAIM, ROWS)], ORDERS)
+    page = write_page(content, tmp_path / "index.html").read_text(encoding="utf-8")
+
+    assert re.findall(r'data-figure="([^"]*)"', page) == ["10"]
+
+
+def test_what_is_neither_claim_nor_figure_is_refused_with_what_there_is(tmp_path):
+    with pytest.raises(ConfigError) as caught:
+        reproduce(tmp_path, lambda *_: lambda _: None, lambda _: None, ["ideall", "10", "99"])
+
+    first, second = caught.value.problems
+    assert (first.got, second.got) == ("ideall", "99")
+    assert str(first.expected).startswith("'ideal'")
+    assert list(tmp_path.iterdir()) == []
