@@ -22,9 +22,36 @@ NOT_MEASURED = [  # models in plain Python, step by step: others cover their lin
         "systems/test_loop_of_models.py",
     )
 ]
+LONGEST_FIRST = [  # a file runs in one process, so a long one must not begin when the others are done
+    PROJECT / "tests" / name
+    for name in (
+        "systems/test_diagnosis_of_measured_data.py",
+        "systems/test_diagnosis_of_the_virtual_rig.py",
+        "systems/test_first_case.py",
+        "systems/test_analysis.py",
+        "interop/test_importers.py",
+        "installed",
+        "systems",
+        "master/test_leaks.py",
+        "fmu_sources/motion_simulator",
+        "fmu_sources/export/native",
+        "master/stepping",
+        "master/cli",
+    )
+]
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    config.option.loadscopereorder = False  # pytest-xdist: by the number of tests, which says little
+
+
+def _rank(item: pytest.Item) -> int:
+    ranks = (i for i, place in enumerate(LONGEST_FIRST) if item.path.is_relative_to(place))
+    return next(ranks, len(LONGEST_FIRST))
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    items.sort(key=_rank)
     for item in items:
         if SLOW in item.path.parents:
             item.add_marker(pytest.mark.slow)
