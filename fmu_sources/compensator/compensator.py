@@ -10,8 +10,8 @@ Force and displacement compensation towards divergence and accuracy, in the orde
 
 A part that is switched off passes its input on, and the correction is 0.
 
-Inputs   s_des [m], s_act [m], f_mea [N], x [m]
-Outputs  f_des [N], s_cmd [m], df [N], f_lead [N], a, b [1], c, d, e [N/m],
+Inputs   s_des [m], s_act [m], f_mea [N], x [m]; v_des [m/s] and a_des [m/s2], plugs of all methods, are not used
+Outputs  f_des [N], f_comp the same, s_cmd [m], df [N], f_lead [N], a, b [1], c, d, e [N/m],
          m_e_id [kg], k_m_id, k_p_id [N/m], c_m_id, c_p_id [N s/m], attributes_valid
 States   all sampled: Y from the assumed attribute parameters (c, d, e times prior_gain for kalman, rls),
          dF = 0, the leads and all histories steady in the inputs at the start
@@ -36,7 +36,7 @@ from .force_lead import lead
 from .identification import LEARNING, LINEAR, identified, prior_gain
 from .identifiers.framework.recursion import diagonal
 from .phase_lead import command, design
-from .ports import INPUTS, MEMORY, OUTPUTS, PARAMETERS, PROCESS, SWITCHES
+from .ports import INPUTS, MEMORY, OUTPUTS, PARAMETERS, PROCESS, SWITCHES, UNUSED_INPUTS
 from .tuning import tuning
 
 
@@ -45,7 +45,7 @@ class Compensator(Model):
 
     name = "compensator"
     description = "Force and displacement compensation: FMDC, CFDC with identification, DPDC"
-    variables = declare(SWITCHES, PARAMETERS, INPUTS, PROCESS, MEMORY, OUTPUTS)
+    variables = declare(SWITCHES, PARAMETERS, INPUTS, PROCESS, MEMORY, OUTPUTS, UNUSED_INPUTS)
     slots = (
         Slot("force_correction", "N", "Contact force correction", {"ds": "m", "f_lead": "N"}),
         Slot("command", "m", "Command to the motion simulator", {"s_des": "m"}),
@@ -111,8 +111,9 @@ class Compensator(Model):
         df = slot("force_correction", x.dF_1, ds=x.ds_1, f_lead=x.f_lead)
         s_cmd = slot("command", m.where(p.dpdc, x.led_command, x.last_s_des), s_des=x.last_s_des)
         found = attributes((x.a, x.b, x.c, x.d, x.e), weight(p.difference_method, m), p, m)
+        f_des = x.f_lead + df
         return {
-            **{"f_des": x.f_lead + df, "s_cmd": s_cmd, "df": df},
+            **{"f_des": f_des, "f_comp": f_des, "s_cmd": s_cmd, "df": df},
             **{f"{name}_id": getattr(found, name) for name in ("m_e", "k_m", "c_m", "k_p", "c_p")},
             "attributes_valid": m.where(found.valid, 1.0, 0.0),  # a number: many tools connect no Booleans
         }

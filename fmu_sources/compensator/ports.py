@@ -59,6 +59,11 @@ INPUTS = declare(
     input_("x", "m", "Travel of the drag mechanism relative to the end-effector"),
 )
 
+UNUSED_INPUTS = declare(
+    input_("v_des", "m/s", "Desired velocity of the spacecraft, a plug of all methods, not used here"),
+    input_("a_des", "m/s2", "Desired acceleration of the spacecraft, a plug of all methods, not used here"),
+)
+
 PROCESS = declare(
     sampled(state("a", "1", "Process parameter on f(k-1)", output=True)),
     sampled(state("b", "1", "Process parameter on f(k-2)", output=True)),
@@ -101,4 +106,5 @@ OUTPUTS = declare(
     output("k_p_id", "N/m", "Recovered stiffness of the rope"),
     output("c_p_id", "N s/m", "Recovered damping of the rope"),
     output("attributes_valid", "1", "1 if the recovered parameters are regular and physical, else 0"),
+    output("f_comp", "N", "The same as f_des, by the name that all methods have for it"),
 )

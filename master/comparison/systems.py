@@ -132,8 +132,6 @@ def _put_method(made: dict[str, Any], base: Base, cell: Cell, method: Method) ->
     if method.model == PAPER:
         values["fmdc"] = told["T_f_hat"] > 0.0
     made["fmus"][base.compensator] = {"source": method.model, "parameters": values}
-    if method.model == PAPER:
-        return
     old, new = f"{base.compensator}.f_des", f"{base.compensator}.f_comp"
     for wire in made["connections"]:
         wire["from"] = new if wire["from"] == old else wire["from"]

@@ -33,7 +33,10 @@ def test_an_fmu_says_what_it_is_without_running():
     fmu = dl.open_fmu("compensator")
 
     assert (fmu.name, fmu.capabilities["fmi_version"]) == ("compensator", "2.0")
-    assert fmu.units("input") == {"s_des": "m", "s_act": "m", "f_mea": "N", "x": "m"}
+    assert fmu.units("input") == {
+        **{"s_des": "m", "s_act": "m", "f_mea": "N", "x": "m"},
+        **{"v_des": "m/s", "a_des": "m/s2"},
+    }
     assert fmu.odd == ()
 
 

@@ -54,7 +54,7 @@ def test_a_signal_that_is_not_there_is_told_what_is_near(run):
 
 
 def test_reprs_say_what_a_notebook_shows(run):
-    assert repr(run) == "<Run low_frequency: completed at t = 1.5 s, 26 signals>"
+    assert repr(run) == "<Run low_frequency: completed at t = 1.5 s, 27 signals>"
     assert "zeta" in run._repr_html_()
     assert "delay [steps]" in dl.load("low_frequency")._repr_html_()
 

@@ -8,18 +8,20 @@ import pytest
 from fmu_sources.compensator.compensator import MODEL
 from fmu_sources.compensator.difference import process_parameters
 from fmu_sources.compensator.identifiers.framework.catalogue import IdentifierChoice as Identifier
+from fmu_sources.compensators.plugs import INPUTS as PLUGS
 from fmu_sources.export.dependencies import initial_dependencies
 from fmu_sources.framework.instance import ModelError
 from fmu_sources.framework.variables import Role
 from tests.fmu_sources.compensator.made import OFF, make, parameters, step
 
 OUTPUTS = ["f_des", "s_cmd", "df", "m_e_id", "k_m_id", "c_m_id", "k_p_id", "c_p_id", "attributes_valid"]
+OUTPUTS += ["f_comp"]  # f_des by the name that all methods have for it
 
 
 def test_ports():
     states = [v for v in MODEL.group(Role.STATE) if v.output]
 
-    assert [v.name for v in MODEL.group(Role.INPUT)] == ["s_des", "s_act", "f_mea", "x"]
+    assert [v.name for v in MODEL.group(Role.INPUT)] == [v.name for v in PLUGS]
     assert [v.name for v in MODEL.group(Role.OUTPUT)] == OUTPUTS
     assert [v.name for v in states] == ["a", "b", "c", "d", "e", "f_lead"]
     assert [slot.name for slot in MODEL.slots] == ["force_correction", "command"]

@@ -21,7 +21,11 @@ PAST_A_STOP = r"leg_reference\[1\]: leg 1 is commanded past a stop, got 3\.4"
 OWN = {"name", "description", "variables"}
 
 
-METHODS = [name for name, path in model_files().items() if path.parent.name == "compensators"]
+METHODS = [
+    name
+    for name, path in model_files().items()
+    if path.parent.name == "compensators" or name == "compensator"
+]
 UNUSED = {  # plugs that a method has and does not read
     (name, v.name)
     for name in METHODS
