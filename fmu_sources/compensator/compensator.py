@@ -10,7 +10,7 @@ Force and displacement compensation towards divergence and accuracy, in the orde
 
 A part that is switched off passes its input on, and the correction is 0.
 
-Inputs   s_des [m], s_act [m], f_mea [N], x [m]; v_des [m/s] and a_des [m/s2], plugs of all methods, are not used
+Inputs   s_des [m], s_act [m], f_mea [N], x [m]; not used: v_des [m/s] and a_des [m/s2], plugs of all methods
 Outputs  f_des [N], f_comp the same, s_cmd [m], df [N], f_lead [N], a, b [1], c, d, e [N/m],
          m_e_id [kg], k_m_id, k_p_id [N/m], c_m_id, c_p_id [N s/m], attributes_valid
 States   all sampled: Y from the assumed attribute parameters (c, d, e times prior_gain for kalman, rls),
