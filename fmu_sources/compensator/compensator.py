@@ -36,7 +36,7 @@ from .force_lead import lead
 from .identification import LEARNING, LINEAR, identified, prior_gain
 from .identifiers.framework.recursion import diagonal
 from .phase_lead import command, design
-from .ports import INPUTS, MEMORY, OUTPUTS, PARAMETERS, PROCESS, SWITCHES, UNUSED_INPUTS
+from .ports import INPUTS, MEMORY, OUTPUTS, PARAMETERS, PROCESS, SWITCHES
 from .tuning import tuning
 
 
@@ -45,7 +45,7 @@ class Compensator(Model):
 
     name = "compensator"
     description = "Force and displacement compensation: FMDC, CFDC with identification, DPDC"
-    variables = declare(SWITCHES, PARAMETERS, INPUTS, PROCESS, MEMORY, OUTPUTS, UNUSED_INPUTS)
+    variables = declare(SWITCHES, PARAMETERS, INPUTS, PROCESS, MEMORY, OUTPUTS)
     slots = (
         Slot("force_correction", "N", "Contact force correction", {"ds": "m", "f_lead": "N"}),
         Slot("command", "m", "Command to the motion simulator", {"s_des": "m"}),

@@ -57,12 +57,10 @@ INPUTS = declare(
     input_("s_act", "m", "Actual displacement of the motion simulator"),
     input_("f_mea", "N", "Measured contact force"),
     input_("x", "m", "Travel of the drag mechanism relative to the end-effector"),
+    input_("v_des", "m/s", "Desired velocity of the spacecraft"),
+    input_("a_des", "m/s2", "Desired acceleration of the spacecraft"),
 )
-
-UNUSED_INPUTS = declare(
-    input_("v_des", "m/s", "Desired velocity of the spacecraft, a plug of all methods, not used here"),
-    input_("a_des", "m/s2", "Desired acceleration of the spacecraft, a plug of all methods, not used here"),
-)
+"""Those of every method in `compensators`; v_des and a_des are not used here."""
 
 PROCESS = declare(
     sampled(state("a", "1", "Process parameter on f(k-1)", output=True)),

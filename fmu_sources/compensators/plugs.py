@@ -8,19 +8,11 @@ it passes on, f_comp = f_mea or s_cmd = s_des.
 
 from __future__ import annotations
 
+from ..compensator.ports import INPUTS
 from ..framework.model import Terminal
-from ..framework.variables import declare, fixed, input_, parameter, sampled, state
+from ..framework.variables import declare, fixed, parameter, sampled, state
 
 SAMPLE_TIME = fixed(parameter("sample_time", 1e-3, "s", "Sampling period", above=0.0))
-
-INPUTS = declare(
-    input_("s_des", "m", "Desired displacement of the spacecraft"),
-    input_("s_act", "m", "Actual displacement of the motion simulator"),
-    input_("f_mea", "N", "Measured contact force"),
-    input_("x", "m", "Travel of the drag mechanism relative to the end-effector"),
-    input_("v_des", "m/s", "Desired velocity of the spacecraft"),
-    input_("a_des", "m/s2", "Desired acceleration of the spacecraft"),
-)
 
 OUTPUTS = declare(
     sampled(state("f_comp", "N", "Compensated force to the spacecraft dynamics", output=True)),
@@ -53,3 +45,5 @@ LATENCY = parameter("latency", 0.045, "s", "Delay of the loop tau that is compen
 
 STIFFNESS = parameter("stiffness", 30_255.0, "N/m", "Stiffness of the whole contact k", minimum=0.0)
 """Default: k_m k_p/(k_m + k_p) of the default contact."""
+
+__all__ = ["INPUTS", "LATENCY", "OUTPUTS", "SAMPLE_TIME", "STIFFNESS", "TERMINALS"]
