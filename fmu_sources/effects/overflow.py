@@ -13,7 +13,7 @@ from typing import Any
 
 from ..framework.arithmetic import Arithmetic
 from ..framework.variables import parameter
-from .framework.effect import MECHANICAL, Applied, Effect
+from .framework.effect import EVERYWHERE, Applied, Effect
 from .framework.experiment import Experiment
 from .framework.shapes import larger
 
@@ -36,7 +36,7 @@ EFFECT = Effect(
     absent={"amplitude": 0.0},
     scale=lambda rms: {"amplitude": 0.05 * rms.value, "edge": rms.position, "reference": rms.position},
     needs=("position",),
-    places=MECHANICAL,
+    places=EVERYWHERE,
     held=("reference",),
     shown_by=(Experiment.WHOLE_RANGE,),
 )

@@ -38,12 +38,18 @@ class InputHold(IntEnum):
 
 @dataclass(frozen=True)
 class Slot:
-    """A named place in the equations: what stands there, and which signals an effect may use."""
+    """
+    A named place in the equations: what stands there, and which signals an effect may use.
+
+    `position` names the signal that a law may take as a position though its rate is not among the signals,
+    as the level of a tank, whose rate depends on the outflow in the slot.
+    """
 
     name: str
     unit: str
     description: str
     signals: Mapping[str, str] = field(default_factory=dict)
+    position: str | None = None
 
 
 @dataclass(frozen=True)

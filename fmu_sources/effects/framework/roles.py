@@ -1,7 +1,7 @@
 """
 The roles of a slot's signals: an effect asks for a velocity, whatever the slot calls it.
 
-    position   the first signal q that has its rate der_q beside it
+    position   the first signal q that has its rate der_q beside it, or the one that the slot names
     velocity   that der_q, or the first rate there is
     load       the signal `load`: a normal force or band tension
 """
@@ -36,6 +36,8 @@ def roles(slot: Slot) -> Mapping[str, str]:
         found["velocity"] = RATE + positions[0]
     elif rates:
         found["velocity"] = rates[0]
+    if slot.position is not None:
+        found.setdefault("position", slot.position)
     if "load" in names:
         found["load"] = "load"
     return found

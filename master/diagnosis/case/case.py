@@ -37,12 +37,21 @@ from .split import PARTS
 _VARIABLE = re.compile(r"\$\{(\w+)\}")
 
 
+def _named_by_number(value: Any) -> Any:
+    """Take a number that YAML reads as one for the name of a column: 0, 1, ... of an array."""
+    return str(value) if isinstance(value, int) and not isinstance(value, bool) else value
+
+
+ColumnName = Annotated[str, BeforeValidator(_named_by_number)]
+
+
 class RecordingEntry(Section):
-    """A file, or some rows of it."""
+    """A file, or some rows of it; `columns` names those of signals that are elsewhere than in the others."""
 
     file: str = Field(examples=["run.csv"])
     array: str | None = None
     rows: tuple[Annotated[Integer, Field(ge=0)], Integer] | None = None
+    columns: Annotated[dict[str, ColumnName], OrEmpty] = {}
 
     @model_validator(mode="after")
     def _ordered(self) -> RecordingEntry:
@@ -57,14 +66,6 @@ def _recording(value: Any) -> Any:
 
 def _names_of_effects(value: Any) -> Any:
     return [value] if isinstance(value, str) and value != "all" else value
-
-
-def _named_by_number(value: Any) -> Any:
-    """Take a number that YAML reads as one for the name of a column: 0, 1, ... of an array."""
-    return str(value) if isinstance(value, int) and not isinstance(value, bool) else value
-
-
-ColumnName = Annotated[str, BeforeValidator(_named_by_number)]
 
 
 class TimeEntry(Section):
@@ -306,6 +307,20 @@ def _names(loaded: LoadedCase) -> list[Problem]:
         Problem("no such signal", where=loaded.where(*place), got=repr(name), expected=nearest(name, known))
         for place, name in uses
         if name not in known
+    ]
+    with_column = [
+        name for name in known if name not in case.signals or case.signals[name].column is not None
+    ]
+    problems += [
+        Problem(
+            "no signal with a column",
+            where=loaded.where("recordings", recording, "columns", name),
+            got=repr(name),
+            expected=nearest(name, with_column),
+        )
+        for recording, entry in case.recordings.items()
+        for name in entry.columns
+        if name not in with_column
     ]
     problems += [
         Problem(

@@ -87,7 +87,7 @@ def _one(loaded: LoadedCase, name: str) -> Recording:
     case = loaded.case
     entry = case.recordings[name]
     columns = {
-        key: Column(s.column, s.unit, s.scale, s.sign, s.offset)
+        key: Column(entry.columns.get(key, s.column), s.unit, s.scale, s.sign, s.offset)
         for key, s in case.signals.items()
         if s.column is not None
     }

@@ -124,3 +124,26 @@ def test_fault_says_what_is_wrong_and_what_was_expected(changed, message, folder
     found = faults(folder, **changed)
 
     assert any(line.startswith(message) for line in found), found
+
+
+def test_a_column_of_a_recording_is_for_a_signal_that_has_one(folder):
+    recordings = {"run": {"file": "run.npz", "columns": {"f": "other", "a": "pos", "g": "pos"}}}
+    found = faults(folder, recordings=recordings)
+
+    assert found[0].endswith("columns.a: no signal with a column, got 'a', expected one of f, q, v")
+    assert "columns.g: no signal with a column, got 'g', expected" in found[1]
+    assert "got 'other', expected one of" in found[2]
+
+
+def test_recordings_of_one_file_have_columns_of_their_own(folder):
+    case = copy.deepcopy(CASE)
+    case["recordings"] = {
+        "run": "run.npz",
+        "again": {"file": "run.npz", "columns": {"f": "pos"}},
+    }
+    (folder / "case.yaml").write_text(yaml.safe_dump(case))
+    _, recordings = opened(load_case(folder / "case.yaml"))
+
+    t = np.arange(N) * 1e-3
+    assert recordings["run"]["f"] == pytest.approx(np.cos(3 * t))
+    assert recordings["again"]["f"] == pytest.approx(1e2 * np.sin(3 * t))
