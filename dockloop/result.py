@@ -30,8 +30,8 @@ class Run:
         name: Name of the system.
         variant: Variant that was run; None for the file as it is.
         values: What was set over the file, `instance.variable` to value.
-        status: `completed`, `diverged`, `terminated` (an FMU asked for the end), `interrupted`; a run in
-            which an FMU failed raises `FmuError` instead.
+        status: `completed`, `diverged`, `stopped` (by `stop_when`), `terminated` (an FMU asked for the end),
+            `interrupted`; a run in which an FMU failed raises `FmuError` instead.
         message: Why it ended early; empty if it did not.
         time: Times of the rows [s], shape (rows,); row k is at t0 + k h, row 0 the initial state.
         steps: Steps done.

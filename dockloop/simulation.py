@@ -46,7 +46,7 @@ class Simulation:
 
     @property
     def status(self) -> str:
-        """`running`, or how it ended: `completed` (stop time reached), `diverged`, `terminated`, `failed`."""
+        """`running`, or how it ended: `completed`, `diverged`, `stopped`, `terminated`, `failed`."""
         if self._opened.ended is not None:
             return self._opened.ended.status
         return "completed" if self._opened.tick >= self._opened.grid.n_ticks else "running"

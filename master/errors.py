@@ -6,8 +6,8 @@ What a user of the master may be told.
       DataError            a recording or a result file is wrong
       FmuError      exit 3 an FMU failed; carries instance, time and status
 
-A run that diverges is no error: its status is `diverged` and its exit status 4. Neither are runs that differ
-(`compare`, `rerun`): exit status 1.
+A run that diverges is no error: its status is `diverged` and its exit status 4. Neither is one that
+`stop_when` ends: `stopped`, 5; nor are runs that differ (`compare`, `rerun`): exit status 1.
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ EXIT_DIFFERENT = 1
 EXIT_INPUT = 2
 EXIT_FMU = 3
 EXIT_DIVERGED = 4
+EXIT_STOPPED = 5
 
 _LONGEST_SHOWN = 120
 _LONGEST_PART = 600

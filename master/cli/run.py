@@ -14,7 +14,7 @@ import click
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from master.api import prepare_to_run
-from master.errors import EXIT_DIVERGED, EXIT_FMU
+from master.errors import EXIT_DIVERGED, EXIT_FMU, EXIT_STOPPED
 from master.evaluation.report import Report, summary_lines
 from master.experiment.experiment import Experiment
 from master.experiment.prepare import Request
@@ -31,6 +31,7 @@ from master.stepping.outcome import (
     FAILED,
     INTERRUPTED,
     OVERRUN,
+    STOPPED,
     TERMINATED,
     ProgressCallback,
 )
@@ -56,6 +57,7 @@ _EXIT = {
     COMPLETED: 0,
     TERMINATED: 0,
     DIVERGED: EXIT_DIVERGED,
+    STOPPED: EXIT_STOPPED,
     FAILED: EXIT_FMU,
     OVERRUN: EXIT_FMU,
 }

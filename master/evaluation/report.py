@@ -15,7 +15,7 @@ from master.fmi.messages import Said
 from master.process.signals import Interruption
 from master.recording.files import ResultFiles, existing, write_result
 from master.recording.folder import LOG, PICTURE, SUMMARY, OutputFolder, reason
-from master.stepping.outcome import COMPLETED, FAILED, INTERRUPTED, TERMINATED, Outcome
+from master.stepping.outcome import COMPLETED, FAILED, INTERRUPTED, STOPPED, TERMINATED, Outcome
 
 from .metrics import Metrics, compute_metrics
 from .plots import plot_run
@@ -78,7 +78,7 @@ def save_run(
     if fault and outcome.error is None:
         outcome = replace(outcome, status=FAILED, cause=fault)
     metrics, notes = _evaluated(experiment, outcome, files, folder, draws=not (fault or interruption))
-    if interruption and outcome.status in (COMPLETED, TERMINATED):
+    if interruption and outcome.status in (COMPLETED, STOPPED, TERMINATED):
         outcome = replace(outcome, status=INTERRUPTED)
     notes = [*experiment.notes, *notes] + ([fault] if fault and outcome.error is not None else [])
     if more is not None:

@@ -44,6 +44,7 @@ def write_page(experiment: Experiment, outcome: Outcome, manifest: Manifest, fol
         wires=[[e.source, e.target, age(e)] for e in experiment.ledger.entries],
         parameters=_parameters(experiment),
         events=[_event(e) for e in experiment.config.events],
+        stop_when=experiment.config.stop_when,
         limits=[[name, f"{limit:g}", outcome.result.unit(name)] for name, limit in experiment.limits.items()],
         manifest=_manifest_rows(manifest),
     )

@@ -16,7 +16,18 @@ from .prepared import PreparedSystem
 from .structure import Annotation
 
 # parts of a configuration that are kept as they are
-PARTS = ("coupling", "compare", "dpdc", "events", "inputs", "limits", "plots", "record", "variants")
+PARTS = (
+    "coupling",
+    "compare",
+    "dpdc",
+    "events",
+    "inputs",
+    "limits",
+    "plots",
+    "record",
+    "stop_when",
+    "variants",
+)
 # parts that the structure itself holds
 _SAID_BY_SSP = (
     "name",

@@ -13,12 +13,13 @@ from master.stepping.pacing import Pacer
 from master.system.inputs import MeasuredInputs
 from master.system.scenario import Scenario
 
-COMPLETED, DIVERGED, FAILED, INTERRUPTED, OVERRUN, TERMINATED = (
+COMPLETED, DIVERGED, FAILED, INTERRUPTED, OVERRUN, STOPPED, TERMINATED = (
     "completed",
     "diverged",
     "failed",
     "interrupted",
     "overrun",
+    "stopped",
     "terminated",
 )
 

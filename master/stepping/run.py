@@ -20,13 +20,16 @@ from master.stepping.outcome import (
     FAILED,
     INTERRUPTED,
     OVERRUN,
+    STOPPED,
     TERMINATED,
     Outcome,
     ProgressCallback,
     RunOptions,
 )
-from master.system.graph import System
+from master.system.graph import Port, System
 from master.system.grid import Grid
+from master.system.scenario import Condition
+from master.text.signal_name import SignalName
 
 from .failure import failure_of
 from .initialisation import read_initial_values
@@ -41,6 +44,7 @@ from .scenario_player import ScenarioPlayer
 
 _CHUNK_SECONDS = 0.1
 _FIRST_CHUNK = 64
+_MOST_SHOWN = 12  # values of the FMU that a run was stopped for
 _MOST_TICKS = 16384  # so that rows on their way to a file need the same memory however fast the FMUs are
 
 
@@ -86,6 +90,8 @@ class RunLoop:
         end = min(self.done + ticks, self.grid.n_ticks)
         if self.done == 0:
             self.player.look(self.monitor.triggers, 0)
+            if self.player.stopped is not None:
+                return self._stopped(self.player.stopped)
         while self.done < end:
             self.player.advance(self.done)
             ended = self._ended(self._execute(execute, self._chunk(min(end - self.done, _MOST_TICKS))))
@@ -102,6 +108,8 @@ class RunLoop:
         """Execute the ticks, in chunks."""
         pacer, chunk = self.options.pacer, _FIRST_CHUNK
         self.player.look(self.monitor.triggers, 0)
+        if self.player.stopped is not None:
+            return self._stopped(self.player.stopped)
         with nullcontext() if pacer is None else pacer.pacing():
             while self.done < self.grid.n_ticks:
                 if self.position.cells[position.STOP]:
@@ -163,6 +171,8 @@ class RunLoop:
                 return self._terminated(ended.where)
             case Stop.TRIGGERED:
                 self.player.look(self.monitor.triggers, self.done)
+                if self.player.stopped is not None:
+                    return self._stopped(self.player.stopped)
         return None
 
     def _outcome(self, status: str, **more: Any) -> Outcome:
@@ -201,8 +211,24 @@ class RunLoop:
         cause = f"{instance} at t={self.grid.time(self.done):.15g} s: asks for the end of the simulation"
         return self._outcome(TERMINATED, cause=cause + (f", {said}" if said else ""))
 
+    def _stopped(self, condition: Condition) -> Outcome:
+        """End the run by a condition of `stop_when`, and say what its FMU shows there."""
+        instance = SignalName(condition.signal).instance
+        shown = [
+            f"{port.name} {self.program.values[self.program.place[port.name]]:.6g}{_unit(port)}"
+            for port in self.ports
+            if port.instance == instance
+        ]
+        listed = ", ".join(shown[:_MOST_SHOWN]) + (", ..." if len(shown) > _MOST_SHOWN else "")
+        cause = f"stop_when {condition} at t={self.grid.time(self.done):.15g} s: {listed}"
+        return self._outcome(STOPPED, cause=cause)
+
     def _make_monitor(self) -> LimitMonitor:
         triggers, thresholds = self.player.triggers()
         limits = self.options.limits
         used = used_signals(self.system, limits, self.options.compared, self.player.conditions())
         return make_limit_monitor(self.program, self.ports, limits, used, triggers, thresholds)
+
+
+def _unit(port: Port) -> str:
+    return "" if port.variable.unit_name == "1" else f" {port.variable.unit_name}"

@@ -12,7 +12,7 @@ from master.stepping.machine.program import Floats, Integers, Program
 from master.system.channel import DELAY, DRAWN, FALLBACK, JITTER, MODE, OFFSET, PASS, RANDOM
 from master.system.graph import System
 from master.system.grid import Grid
-from master.system.scenario import Action, Scenario, ScenarioEvent
+from master.system.scenario import Action, Condition, Scenario, ScenarioEvent
 from master.text.signal_name import SignalName
 
 NEVER = 2**62  # no run has as many ticks
@@ -34,7 +34,8 @@ class ScenarioPlayer:
     Changes channels and values when a scenario's time has come; times are counted in ticks.
 
     Of events that overlap on the same thing, the one that began last holds; when it ends, the one before
-    it holds again, and in the end the value from before the first.
+    it holds again, and in the end the value from before the first. `stopped` is the condition that has ended
+    the run.
     """
 
     def __init__(
@@ -51,8 +52,10 @@ class ScenarioPlayer:
         self._grid = grid
         self._waiting = [(grid.tick_at(e.at), e) for e in scenario.events if e.at is not None]
         self._conditional = [e for e in scenario.events if e.condition is not None]
-        self._places = [program.place[e.condition.signal] for e in self._conditional if e.condition]
-        self._armed = [True] * len(self._conditional)
+        self._conditions = [e.condition for e in self._conditional if e.condition] + list(scenario.stops)
+        self._places = [program.place[condition.signal] for condition in self._conditions]
+        self._armed = [True] * len(self._conditions)
+        self.stopped: Condition | None = None
         self._acting: list[tuple[int, Action]] = []
         self._before: dict[str, float] = {}
         for name, row in program.channel_of.items():
@@ -63,16 +66,15 @@ class ScenarioPlayer:
 
     def triggers(self) -> tuple[Integers, Floats]:
         """Arrays `triggers` and `thresholds` of `LimitMonitor`."""
-        conditions = [e.condition for e in self._conditional if e.condition is not None]
         places = [[place, armed] for place, armed in zip(self._places, self._armed, strict=True)]
-        thresholds = [[c.sign, c.threshold] for c in conditions]
+        thresholds = [[c.sign, c.threshold] for c in self._conditions]
         return np.array(places, dtype=np.int64).reshape(-1, 2), np.array(
             thresholds, dtype=np.float64
         ).reshape(-1, 2)
 
     def conditions(self) -> list[str]:
         """Signals that conditions look at."""
-        return [e.condition.signal for e in self._conditional if e.condition is not None]
+        return [condition.signal for condition in self._conditions]
 
     def next_tick(self) -> int:
         """First tick before which something is to be changed."""
@@ -81,17 +83,21 @@ class ScenarioPlayer:
 
     def not_reached(self) -> list[str]:
         """Conditions that did not come true."""
-        pairs = zip(self._conditional, self._armed, strict=True)
-        return [str(e.condition) for e, armed in pairs if armed]
+        n_events = len(self._conditional)
+        pairs = zip(self._conditions[:n_events], self._armed[:n_events], strict=True)
+        return [str(condition) for condition, armed in pairs if armed]
 
     def look(self, triggers: Integers, tick: int) -> None:
-        """Carry out every event whose condition is true before a tick, each once."""
-        for i, event in enumerate(self._conditional):
-            value = self._program.values[self._places[i]]
-            if self._armed[i] and event.condition is not None and event.condition.holds(value):
-                self._armed[i] = False
-                triggers[i, 1] = 0
-                self._begin(event, tick)
+        """Carry out every event whose condition is true before a tick, each once; note what ends the run."""
+        for i, condition in enumerate(self._conditions):
+            if not (self._armed[i] and condition.holds(self._program.values[self._places[i]])):
+                continue
+            self._armed[i] = False
+            triggers[i, 1] = 0
+            if i < len(self._conditional):
+                self._begin(self._conditional[i], tick)
+            else:
+                self.stopped = self.stopped or condition
 
     def advance(self, tick: int) -> None:
         """Carry out all that is due before a tick, endings first."""
@@ -113,6 +119,7 @@ class ScenarioPlayer:
         self._armed = list(state.armed)
         self._acting = list(state.acting)
         self._before = dict(state.before)
+        self.stopped = None
 
     def _begin(self, event: ScenarioEvent, tick: int) -> None:
         end = NEVER if event.duration is None else tick + self._grid.ticks_of(event.duration)

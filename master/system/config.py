@@ -223,6 +223,7 @@ class Config(Section):
     compare: Compare | None = None
     dpdc: PhaseLead | None = None
     events: list[Event] = []
+    stop_when: list[str] = Field([], json_schema_extra=ONE_OR_MORE)
     inputs: list[InputFile] = Field([], json_schema_extra=ONE_OR_MORE)
     limits: dict[SignalKey, Positive] = {}
     record: Record = Record(signals=[])
@@ -255,6 +256,11 @@ class Config(Section):
                 f"expected a step_size of at least {distance / FINEST:.3g}"
             )
         return stop_time
+
+    @field_validator("stop_when", mode="before")
+    @classmethod
+    def _one_condition_or_more(cls, value: Any) -> Any:
+        return [value] if isinstance(value, str) else value
 
     @field_validator("inputs", mode="before")
     @classmethod

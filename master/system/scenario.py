@@ -4,7 +4,7 @@ A scenario: what happens to values and connections during a run, at a time or wh
 A fault of the measuring chain acts on a connected input through its channel: `freeze` holds the last
 value, `drop` gives the FMU's own start value, `offset` adds, `delay` and `jitter` age the value by
 whole ticks. `set` changes a tunable parameter or an input that is not connected. The name of an array (FMI
-3.0) is that of all of its elements.
+3.0) is that of all of its elements. A run ends where a condition of `stop_when` comes true.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 from master.errors import ConfigError, Problem, shown
 from master.fmi.description import Kind, Variable
@@ -67,9 +68,10 @@ class ScenarioEvent:
 
 @dataclass(frozen=True)
 class Scenario:
-    """All events of a run."""
+    """All events of a run, and the conditions that end it."""
 
     events: tuple[ScenarioEvent, ...] = ()
+    stops: tuple[Condition, ...] = ()
 
     def channels(self) -> dict[str, int]:
         """Connected inputs that events act on, with the most ticks that their values may age."""
@@ -82,7 +84,7 @@ class Scenario:
 
 def make_scenario(loaded: LoadedConfig, system: System) -> Scenario:
     """
-    Check the events of a configuration against its system.
+    Check the events of a configuration, and what ends its run, against its system.
 
     Raises:
         ConfigError: With every fault.
@@ -114,9 +116,62 @@ def make_scenario(loaded: LoadedConfig, system: System) -> Scenario:
         reader = _EventReader(event, system)
         events.append(reader.event())
         problems += [problem.at(where) for problem in reader.problems]
+    stops = []
+    for i, text in enumerate(config.stop_when):
+        try:
+            stops.append(read_condition(text, system, or_signal=True))
+        except ConfigError as error:
+            problems += [problem.at(loaded.where("stop_when", i)) for problem in error.problems]
     if problems:
         raise ConfigError(problems)
-    return Scenario(tuple(events))
+    return Scenario(tuple(events), tuple(stops))
+
+
+def read_condition(text: str, system: System, *, or_signal: bool = False) -> Condition:
+    """
+    Read `instance.variable > number`; with `or_signal` also a signal alone, true where it is above 0.
+
+    Raises:
+        ConfigError: With every fault.
+    """
+    parts = _parts_of(text)
+    if parts is None and or_signal:
+        parts = _Parts(text.strip(), ">", "0")
+    if parts is None:
+        wanted = "'instance.variable > number'"
+        raise ConfigError([Problem("not a condition", got=shown(text), expected=wanted)])
+    fault = signal_fault(system.descriptions, parts.signal, ("output",))
+    problems = [] if fault is None else [fault]
+    threshold = 0.0
+    try:
+        threshold = finite(float_of(parts.number))
+    except ValueError:
+        problems.append(Problem("not a number", got=shown(parts.number), expected="a threshold"))
+    if problems:
+        raise ConfigError(problems)
+    return Condition(parts.signal, 1.0 if parts.sign == ">" else -1.0, threshold)
+
+
+class _Parts(NamedTuple):
+    """What a condition is written of."""
+
+    signal: str
+    sign: str
+    number: str
+
+
+def _parts_of(text: str) -> _Parts | None:
+    """
+    Cut a condition into signal, sign and number.
+
+    The sign is the last one, since names of variables may hold signs; None if there is none.
+    """
+    signs = list(_SIGN.finditer(text))
+    if not signs:
+        return None
+    last = signs[-1]
+    signal, number = text[: last.start()].strip(), text[last.end() :].strip()
+    return _Parts(signal, last[0].strip(), number) if signal and number else None
 
 
 class _EventReader:
@@ -154,35 +209,11 @@ class _EventReader:
         self.problems.append(Problem(what, where=where, got=got, expected=expected))
 
     def _condition(self, text: str) -> Condition | None:
-        parts = self._parts(text)
-        if parts is None:
-            self._add(
-                "not a condition", where="when", got=shown(text), expected="'instance.variable > number'"
-            )
-            return None
-        signal, sign, number = parts
-        fault = signal_fault(self.descriptions, signal, ("output",))
-        if fault is not None:
-            self.problems.append(fault.at("when"))
         try:
-            threshold = finite(float_of(number))
-        except ValueError:
-            self._add("not a number", where="when", got=shown(str(number)), expected="a threshold")
+            return read_condition(text, self.system)
+        except ConfigError as error:
+            self.problems += [problem.at("when") for problem in error.problems]
             return None
-        return Condition(signal, 1.0 if sign == ">" else -1.0, threshold)
-
-    def _parts(self, text: str) -> tuple[str, str, str] | None:
-        """
-        Cut a condition into signal, sign and number.
-
-        The sign is the last one, since names of variables may hold signs; None if there is none.
-        """
-        signs = list(_SIGN.finditer(text))
-        if not signs:
-            return None
-        last = signs[-1]
-        signal, number = text[: last.start()].strip(), text[last.end() :].strip()
-        return (signal, last[0].strip(), number) if signal and number else None
 
     def _variable(self, target: str) -> Variable | None:
         """Return the primary variable of a target; None if there is none or its FMU could not be read."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from tests.oracles import compensator_reference, hexapod_reference, linear_references
+from tests.oracles import compensator_reference, guard_reference, hexapod_reference, linear_references
 from tests.oracles.reference_experiment import Experiment
 
 SOURCES = Path(__file__).parents[2] / "fmu_sources"
@@ -18,6 +18,7 @@ MAKERS: dict[str, Callable[[], Experiment]] = {
     "docking_contact": linear_references.docking_contact,
     "real_docking": linear_references.real_docking,
     "force_sensor": linear_references.force_sensor,
+    "guard": guard_reference.experiment,
 }
 
 

@@ -1,0 +1,187 @@
+"""The guard: what is a gain of energy and what is none, the limits, and how it holds."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from fmu_sources.composed.registry import load
+from fmu_sources.framework.instance import Instance
+
+T = 1e-3
+W = 6.0
+SIGNALS = ("s_des", "v_des", "s_act", "f_mea", "x", "v", "f_comp", "s_cmd")
+
+
+def guard(**values: float) -> Instance:
+    instance = Instance(load("guard"))
+    for name, value in values.items():
+        instance[name] = value
+    instance.initialise()
+    return instance
+
+
+def answers(
+    instance: Instance, n: int, *, stops: bool = False, **columns: np.ndarray | float
+) -> dict[str, np.ndarray]:
+    """Step with columns of inputs, each of n values or one; `stops`: only up to an alarm."""
+    rows = {name: np.broadcast_to(np.asarray(column, dtype=float), (n,)) for name, column in columns.items()}
+    found: dict[str, list[float]] = {
+        name: [] for name in ("f_safe", "s_safe", "alarm", "reason", "energy_ratio")
+    }
+    for k in range(n):
+        for name, column in rows.items():
+            instance[name] = float(column[k])
+        instance.step(k * T, T)
+        for name, values in found.items():
+            values.append(instance[name])
+        if instance["alarm"] and stops:
+            break
+    return {name: np.array(values) for name, values in found.items()}
+
+
+def swing(n: int, growth: float = 0.0, amplitude: float = 0.01, drift: float = 0.0) -> dict[str, np.ndarray]:
+    """A swing from its turning point with its contact force, m_s = 820 kg; growth in 1/s, drift in m/s."""
+    t = T * np.arange(n)
+    s = amplitude * np.exp(growth * t) * np.cos(W * t)
+    v = -amplitude * W * np.exp(growth * t) * np.sin(W * t)
+    return {"s_des": s + drift * t, "v_des": v + drift, "s_act": s, "f_mea": -820.0 * W * W * s}
+
+
+def first_alarm(found: dict[str, np.ndarray]) -> int | None:
+    rows = np.flatnonzero(found["alarm"])
+    return int(rows[0]) if len(rows) else None
+
+
+@pytest.mark.parametrize("growth", [0.0, -0.05, -2.0])
+def test_a_swing_that_gains_nothing_passes_bit_for_bit(growth):
+    n = 3000
+    rng = np.random.default_rng(3)
+    f, s = rng.normal(size=n), rng.normal(size=n)
+
+    found = answers(guard(), n, f_comp=f, s_cmd=s, **swing(n, growth))
+
+    assert first_alarm(found) is None
+    assert (found["f_safe"] == f).all()
+    assert (found["s_safe"] == s).all()
+
+
+def test_noise_of_the_velocity_at_a_turning_point_is_no_half_cycle():
+    n = 4000
+    rows = swing(n)
+    rows["v_des"] = rows["v_des"] + 5e-4 * np.random.default_rng(5).normal(size=n)
+
+    assert first_alarm(answers(guard(), n, **rows)) is None
+
+
+def test_a_drift_below_a_swing_is_no_gain():
+    """Peaks of 62 and 58 mm/s: the smaller one as budget would be exceeded by the larger."""
+    n = 4000
+
+    assert first_alarm(answers(guard(), n, **swing(n, drift=0.002))) is None
+
+
+@pytest.mark.parametrize("per_cycle", [1.005, 1.02, 1.1, 1.5, 3.0])
+def test_a_motion_that_grows_is_caught_before_it_is_1_5_times_as_large(per_cycle):
+    growth = math.log(per_cycle) * W / (2.0 * math.pi)
+    n = int(math.log(2.0) / growth / T)
+
+    k = first_alarm(answers(guard(), n, stops=True, **swing(n, growth)))
+
+    assert k is not None
+    assert math.exp(growth * k * T) < 1.5
+
+
+def test_the_first_budget_is_the_energy_at_the_start():
+    """Speed against the foot and force at the start: u^2 + |f (s - x)|/m, here 0.02^2 + 41*0.004/820."""
+    budget = 0.02**2 + 41.0 * 0.004 / 820.0
+    instance = guard()
+    start = {"s_des": 0.006, "x": 0.002, "v_des": 0.03, "v": 0.01, "f_mea": -41.0}
+
+    found = answers(instance, 1, **start)
+    assert found["energy_ratio"][0] == pytest.approx(0.02**2 / budget, rel=1e-12)
+
+    for factor, alarm in ((1.0499, 0.0), (1.0501, 1.0)):  # sqrt(1.1025), tolerance 0.1025
+        instance = guard(tolerance=0.1025)
+        answers(instance, 1, **start)
+        found = answers(instance, 1, **{**start, "v_des": 0.01 + factor * math.sqrt(budget)})
+        assert found["alarm"][0] == alarm
+        assert found["reason"][0] == alarm
+
+
+def test_a_declared_variation_of_the_stiffness_widens_the_budget():
+    """Stiffness from 0.8 to 1.2 of its mean: (1 + 0.1) 1.2/0.8 = 1.65 of the energy."""
+    for energy, alarm in ((1.649, 0.0), (1.651, 1.0)):
+        instance = guard(variation=0.2)
+        answers(instance, 1, v_des=0.05)
+        assert answers(instance, 1, v_des=0.05 * math.sqrt(energy))["alarm"][0] == alarm
+
+
+def test_what_is_slower_than_the_least_speed_is_no_gain():
+    instance = guard(least_speed=2e-3)
+    answers(instance, 1, v_des=0.0)
+
+    assert answers(instance, 1, v_des=2.0e-3)["alarm"][0] == 0.0
+    assert answers(instance, 1, v_des=2.2e-3)["alarm"][0] == 1.0
+
+
+@pytest.mark.parametrize(
+    ("limit", "value", "signals", "reason"),
+    [
+        ("largest_displacement", 0.02, {"s_des": -0.0201, "s_act": -0.0201}, 2.0),
+        ("largest_deviation", 0.005, {"s_des": 0.0, "s_act": 0.00501}, 3.0),
+        ("largest_force", 400.0, {"f_mea": -400.1}, 4.0),
+        ("largest_speed", 0.03, {"v_des": -0.0301}, 5.0),
+    ],
+)
+def test_each_limit_has_its_reason_and_is_none_at_zero(limit, value, signals, reason):
+    start = {"v_des": 0.05}
+    for given, expected in ((value, reason), (0.0, 0.0)):
+        instance = guard()
+        answers(instance, 1, **start)
+        instance[limit] = given
+        assert answers(instance, 1, v_des=0.0)["reason"][0] == 0.0
+        assert answers(instance, 1, **{"v_des": 0.0, **signals})["reason"][0] == expected
+
+
+def test_an_alarm_stays_with_its_first_reason():
+    instance = guard(largest_force=100.0)
+    answers(instance, 1, v_des=0.01)
+    answers(instance, 1, f_mea=120.0)
+
+    found = answers(instance, 3, f_mea=0.0, v_des=5.0)
+    assert list(found["alarm"]) == [1.0] * 3
+    assert list(found["reason"]) == [4.0] * 3
+
+
+def test_it_holds_without_force_and_its_command_comes_to_rest():
+    """From s = 4 mm at u = 20 mm/s: a geometric series, T u/(1 - exp(-T/rest_time)) further in the end."""
+    instance = guard(largest_force=100.0, rest_time=0.05)
+    moving = {"v_des": 0.02, "f_comp": -30.0}
+    answers(instance, 1, s_cmd=0.004, **moving)
+
+    found = answers(instance, 2000, s_cmd=0.9, f_mea=120.0, **moving)
+
+    way = T * 0.02 / -math.expm1(-T / 0.05)
+    assert (found["f_safe"] == 0.0).all()
+    assert found["s_safe"][0] == pytest.approx(0.004 + T * 0.02, rel=1e-12)
+    assert found["s_safe"][-1] == pytest.approx(0.004 + way, rel=1e-12)
+    assert np.abs(np.diff(found["s_safe"])).max() <= T * 0.02
+
+
+def test_a_guard_that_is_off_passes_all_on():
+    found = answers(guard(active=False), 2, v_des=[0.0, 5.0], f_comp=3.0, s_cmd=0.1)
+
+    assert list(found["alarm"]) == [0.0, 0.0]
+    assert found["energy_ratio"][1] > 100.0
+    assert (found["f_safe"][1], found["s_safe"][1]) == (3.0, 0.1)
+
+
+def test_terminals_name_variables_that_exist():
+    model = load("guard")
+    names = {v.name for v in model.all_variables}
+
+    assert {v for t in model.terminals for v in t.members.values()} <= names
+    assert set(SIGNALS) == set(model.inputs.names)
