@@ -9,6 +9,7 @@ import numpy as np
 
 from master.fmi.slave import Slave
 from master.stepping.machine.program import Floats, Integers, Program
+from master.stepping.outcome import Happened
 from master.system.channel import DELAY, DRAWN, FALLBACK, JITTER, MODE, OFFSET, PASS, RANDOM
 from master.system.graph import System
 from master.system.grid import Grid
@@ -27,6 +28,7 @@ class PlayerState:
     armed: tuple[bool, ...]
     acting: tuple[tuple[int, Action], ...]
     before: Mapping[str, float]
+    happened: tuple[Happened, ...] = ()
 
 
 class ScenarioPlayer:
@@ -55,6 +57,7 @@ class ScenarioPlayer:
         self._armed = [True] * len(self._conditional)
         self._acting: list[tuple[int, Action]] = []
         self._before: dict[str, float] = {}
+        self._happened: list[Happened] = []
         for name, row in program.channel_of.items():
             start = system.instances[SignalName(name).instance].value_of(SignalName(name).variable)
             program.memory.channels[row, FALLBACK] = float(start or 0.0)
@@ -84,6 +87,10 @@ class ScenarioPlayer:
         pairs = zip(self._conditional, self._armed, strict=True)
         return [str(e.condition) for e, armed in pairs if armed]
 
+    def happened(self) -> list[Happened]:
+        """Conditions that came true, in the order of time."""
+        return list(self._happened)
+
     def look(self, triggers: Integers, tick: int) -> None:
         """Carry out every event whose condition is true before a tick, each once."""
         for i, event in enumerate(self._conditional):
@@ -91,6 +98,7 @@ class ScenarioPlayer:
             if self._armed[i] and event.condition is not None and event.condition.holds(value):
                 self._armed[i] = False
                 triggers[i, 1] = 0
+                self._happened.append(Happened(str(event.condition), self._grid.time(tick)))
                 self._begin(event, tick)
 
     def advance(self, tick: int) -> None:
@@ -105,7 +113,13 @@ class ScenarioPlayer:
 
     def state(self) -> PlayerState:
         """Return what has been played so far."""
-        return PlayerState(tuple(self._waiting), tuple(self._armed), tuple(self._acting), dict(self._before))
+        return PlayerState(
+            waiting=tuple(self._waiting),
+            armed=tuple(self._armed),
+            acting=tuple(self._acting),
+            before=dict(self._before),
+            happened=tuple(self._happened),
+        )
 
     def restore(self, state: PlayerState) -> None:
         """Go back to where it was."""
@@ -113,6 +127,7 @@ class ScenarioPlayer:
         self._armed = list(state.armed)
         self._acting = list(state.acting)
         self._before = dict(state.before)
+        self._happened = list(state.happened)
 
     def _begin(self, event: ScenarioEvent, tick: int) -> None:
         end = NEVER if event.duration is None else tick + self._grid.ticks_of(event.duration)
