@@ -56,6 +56,7 @@ class Run:
         self.warnings = list(outcome.warnings)
         self.messages = [asdict(said) for said in outcome.messages]
         self.not_reached = list(outcome.not_reached)
+        self.happened = [asdict(happened) for happened in outcome.happened]
 
     @property
     def signals(self) -> tuple[str, ...]:
@@ -199,6 +200,7 @@ class Run:
             "notes": self.notes,
             "messages": self.messages,
             "not_reached": self.not_reached,
+            "happened": self.happened,
         }
 
     def _about(self) -> dict[str, Any]:

@@ -1,25 +1,18 @@
-"""Charts of a run: displacement and force against the reference, units on the axes."""
+"""Charts of motions that are compared: displacement and force against the reference, units on the axes."""
 
 from __future__ import annotations
-
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from master.pages.chart import REFERENCE, Chart, Curve
-from master.pages.picture import save
 from master.recording.recorder import Result
 from master.system.config import Compare
 
 Floats = NDArray[np.float64]
 
 TIME = "time [s]"
-
-
-def plot_run(result: Result, compare: Compare, title: str, path: Path) -> Path:
-    """Draw displacement, force (where the configuration names one) and deviation over time as PNG."""
-    return save(title, charts(result, compare), path)
+MILLIMETRES = "[mm]"
 
 
 def charts(result: Result, compare: Compare) -> list[Chart]:

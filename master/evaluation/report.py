@@ -15,10 +15,10 @@ from master.fmi.messages import Said
 from master.process.signals import Interruption
 from master.recording.files import ResultFiles, existing, write_result
 from master.recording.folder import LOG, PICTURE, SUMMARY, OutputFolder, reason
-from master.stepping.outcome import COMPLETED, FAILED, INTERRUPTED, STOPPED, TERMINATED, Outcome
+from master.stepping.outcome import COMPLETED, FAILED, INTERRUPTED, STOPPED, TERMINATED, Happened, Outcome
 
 from .metrics import Metrics, compute_metrics
-from .plots import plot_run
+from .run_charts import plot_run
 
 MoreFiles = Callable[[Outcome, OutputFolder], dict[str, str]]
 """Writes files into the folder of a run; returns them by kind."""
@@ -48,6 +48,7 @@ class Report:
     message: str = ""
     real_time: dict[str, Any] | None = None
     not_reached: list[str] = field(default_factory=list)
+    happened: list[Happened] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     messages: list[Said] = field(default_factory=list)
@@ -129,16 +130,15 @@ def _save_rows(
 def _evaluated(
     experiment: Experiment, outcome: Outcome, files: dict[str, str], folder: OutputFolder, *, draws: bool
 ) -> tuple[Metrics, list[str]]:
-    """Metrics, and the picture where one is drawn; notes on what could not be."""
+    """Metrics where motions are compared, and the picture; notes on what could not be drawn."""
     compare, result = experiment.compare, outcome.result
-    if compare is None or not len(result.time):
+    if not len(result.time):
         return {}, []
-    metrics = compute_metrics(result, compare)
-    if not draws:
+    metrics = {} if compare is None else compute_metrics(result, compare)
+    if not draws or not experiment.draws:
         return metrics, []
-    title = " / ".join(filter(None, (experiment.name, experiment.variant, outcome.status)))
     try:
-        files["plot"] = str(plot_run(result, compare, title, folder.shown / PICTURE))
+        files["plot"] = str(plot_run(experiment, outcome, folder.shown / PICTURE))
     except Exception as error:  # whatever a library finds in names and values: the results are there
         return metrics, [f"{PICTURE} cannot be drawn: {' '.join(str(error).split()) or type(error).__name__}"]
     return metrics, []
@@ -176,6 +176,7 @@ def _summarise(experiment: Experiment, outcome: Outcome, files: dict[str, str], 
         message=_message(outcome),
         real_time=outcome.real_time,
         not_reached=outcome.not_reached,
+        happened=outcome.happened,
         warnings=outcome.warnings,
         notes=experiment.notes,
         messages=outcome.messages,
@@ -213,6 +214,7 @@ def summary_lines(report: Report) -> list[str]:
     for key, value in report.metrics.items():
         label, form = _LABELS[key]
         lines.append(f"  {label:<54}{'-' if value is None else format(value, form)}")
+    lines += [f"  {'an event happened when':<54}{h.condition} at t = {h.t:.9g} s" for h in report.happened]
     lines += [f"  {'an event that did not happen: when':<54}{text}" for text in report.not_reached]
     lines += [f"  warning: {text}" for text in report.warnings]
     lines += [f"  note: {note}" for note in report.notes]

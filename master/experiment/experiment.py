@@ -74,6 +74,11 @@ class Experiment:
         return compare.model_copy(update=named)
 
     @property
+    def draws(self) -> bool:
+        """Whether a run makes a picture: always, unless the file has `plots: []`."""
+        return self.config.plots != []
+
+    @property
     def phase_lead(self) -> PhaseLead | None:
         """Phase lead that is to be designed before a run."""
         return self.config.dpdc

@@ -268,7 +268,7 @@ class _Preparation:
     def _plots(self, system: System) -> tuple[tuple[str, ...], ...]:
         """Signals of each plot that the file asks for."""
         groups = []
-        for i, plot in enumerate(self.loaded.config.plots):
+        for i, plot in enumerate(self.loaded.config.plots or ()):
             where = self.loaded.where("plots", i)
             groups.append(tuple(name for signal in plot for name in self._recorded(system, where, signal)))
         return tuple(groups)

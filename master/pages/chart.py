@@ -12,8 +12,9 @@ from .palette import DOTS, SOLID, Look, look
 
 Floats = NDArray[np.float64]
 
-LINE, REFERENCE, DOTTED, CROSS, CIRCLE = "line", "reference", "dotted", "cross", "circle"
+LINE, REFERENCE, DOTTED, CROSS, CIRCLE, EVENT = "line", "reference", "dotted", "cross", "circle", "event"
 MARKS = (CROSS, CIRCLE)
+GREY = (REFERENCE, EVENT)  # have no colour of the palette
 COLUMNS = 700
 
 
@@ -22,7 +23,8 @@ class Curve:
     """
     A line or marks, shapes (n,); NaN breaks a line.
 
-    A reference is wide, grey and under the others; a dotted curve has the colour of the one named `like`.
+    A reference is wide, grey and under the others, an event thin and grey; a dotted curve has the colour of
+    the one named `like`.
     """
 
     label: str
@@ -46,14 +48,14 @@ class Chart:
 
     @property
     def looks(self) -> list[Look | None]:
-        """Colour and dashes of each curve; None for a reference, which is grey."""
-        names = [c.label for c in self.curves if c.style != REFERENCE and not c.like]
+        """Colour and dashes of each curve; None for what is grey."""
+        names = [c.label for c in self.curves if c.style not in GREY and not c.like]
         own = {name: look(place) for place, name in enumerate(names)}
         return [_look(curve, own) for curve in self.curves]
 
 
 def _look(curve: Curve, own: dict[str, Look]) -> Look | None:
-    if curve.style == REFERENCE:
+    if curve.style in GREY:
         return None
     colour, dashes = own[curve.like or curve.label]
     if curve.style in MARKS:

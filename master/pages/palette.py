@@ -14,6 +14,7 @@ LIGHT = ("#0072b2", "#c44e00", "#00855f", "#b0458f", "#1b1f24", "#704800")
 DARK = ("#5fb8ee", "#ff8b4a", "#1fc396", "#f0a6d8", "#f2f5f8", "#f2d04b")
 LIGHT_PAGE, DARK_PAGE = "#ffffff", "#14181d"
 LIGHT_REFERENCE, DARK_REFERENCE = "#b4b9be", "#5d656d"
+LIGHT_SOFT, DARK_SOFT = "#56606a", "#a3adb7"  # less important text, and events
 
 SOLID: tuple[float, ...] = ()
 DASHES = (SOLID, (9.0, 4.0), (11.0, 4.0, 2.0, 4.0), (5.0, 3.0), (16.0, 4.0), (9.0, 3.0, 2.0, 3.0, 2.0, 3.0))

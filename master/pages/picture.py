@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from .chart import CIRCLE, COLUMNS, CROSS, MARKS, REFERENCE, Chart, decimated
-from .palette import LIGHT, LIGHT_REFERENCE
+from .chart import CIRCLE, COLUMNS, CROSS, EVENT, MARKS, Chart, decimated
+from .palette import LIGHT, LIGHT_REFERENCE, LIGHT_SOFT
 
 _MARKS: dict[str, dict[str, Any]] = {
     CROSS: {"marker": "x", "linestyle": "none", "markersize": 7},
@@ -56,7 +56,9 @@ def draw(axis: Any, chart: Chart, columns: int = COLUMNS) -> None:
     drawn = [decimated(curve, columns) for curve in chart.curves]
     for curve, look in zip(drawn, chart.looks, strict=True):
         style: dict[str, Any] = {"color": LIGHT_REFERENCE, "linewidth": 3.0, "zorder": 1.5}
-        if curve.style != REFERENCE and look is not None:
+        if curve.style == EVENT:
+            style = {"color": LIGHT_SOFT, "linewidth": 0.8, "zorder": 1.6}
+        elif look is not None:
             style = {"color": LIGHT[look.colour], "linewidth": 1.2, "zorder": 2.0}
             if look.dashes:
                 style["linestyle"] = (0, tuple(_POINTS * d for d in look.dashes))

@@ -11,7 +11,7 @@ from master.errors import DataError
 
 from .lock import FileLock, Held
 
-SUMMARY, PICTURE, LOG = "summary.json", "displacement_and_force.png", "fmu.log"
+SUMMARY, PICTURE, LOG = "summary.json", "plots.png", "fmu.log"
 MANIFEST, PAGE = "manifest.json", "run.html"
 CSV, PARQUET, PARTS = "result.csv", "result.parquet", "result.part-*.parquet"
 

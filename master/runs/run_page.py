@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 
 from master.evaluation.metrics import UNITS, compute_metrics
+from master.evaluation.run_charts import RunCharts, run_charts
 from master.experiment.experiment import Experiment
 from master.pages.render import number, render
 from master.recording.folder import PAGE
@@ -15,7 +16,6 @@ from master.system.config import Event
 
 from .diagram import age, diagram_uri
 from .manifest import Manifest
-from .run_charts import run_charts
 
 
 def write_page(experiment: Experiment, outcome: Outcome, manifest: Manifest, folder: Path) -> Path:
@@ -27,7 +27,7 @@ def write_page(experiment: Experiment, outcome: Outcome, manifest: Manifest, fol
     """
     path = folder / PAGE
     has_rows = len(outcome.result.time) > 0
-    drawn, left_out = run_charts(experiment, outcome) if has_rows else ([], 0)
+    drawn = run_charts(experiment, outcome) if has_rows else RunCharts([])
     compare = experiment.compare
     metrics = {} if compare is None or not has_rows else compute_metrics(outcome.result, compare)
     text = render(
@@ -37,14 +37,15 @@ def write_page(experiment: Experiment, outcome: Outcome, manifest: Manifest, fol
         said=str(outcome.error or outcome.cause or ""),
         outcome=outcome,
         t_end=experiment.grid.time(outcome.steps),
-        charts={"run": drawn},
-        left_out=left_out,
+        charts={"run": drawn.charts},
+        remark=drawn.remark,
         metrics=[[name, number(value, 6), UNITS.get(name, "1")] for name, value in metrics.items()],
         diagram=diagram_uri(experiment),
         wires=[[e.source, e.target, age(e)] for e in experiment.ledger.entries],
         parameters=_parameters(experiment),
         events=[_event(e) for e in experiment.config.events],
         stop_when=experiment.config.stop_when,
+        happened=outcome.happened,
         limits=[[name, f"{limit:g}", outcome.result.unit(name)] for name, limit in experiment.limits.items()],
         manifest=_manifest_rows(manifest),
     )

@@ -49,14 +49,23 @@ class RunOptions:
     inputs: MeasuredInputs = field(default_factory=MeasuredInputs)
 
 
+@dataclass(frozen=True)
+class Happened:
+    """A condition of a scenario that came true, and the time of the row [s] that it was true in."""
+
+    condition: str
+    t: float
+
+
 @dataclass
 class Outcome:
     """
     How a run ended and what it computed.
 
     `error` says why if it failed, `cause` why it ended early; `not_reached` are the conditions of a
-    scenario that did not come true, `warnings` what did not end the run but should be known,
-    `messages` what FMUs said is wrong, `storage_fault` what went wrong with the files it wrote.
+    scenario that did not come true, `happened` those that did, `warnings` what did not end the run but
+    should be known, `messages` what FMUs said is wrong, `storage_fault` what went wrong with the files it
+    wrote.
     """
 
     status: str
@@ -67,6 +76,7 @@ class Outcome:
     cause: str = ""
     real_time: dict[str, Any] | None = None
     not_reached: list[str] = field(default_factory=list)
+    happened: list[Happened] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
     storage_fault: str = ""
     messages: list[Said] = field(default_factory=list)

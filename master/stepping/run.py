@@ -184,6 +184,7 @@ class RunLoop:
             self.done,
             real_time=real_time,
             not_reached=self.player.not_reached(),
+            happened=self.player.happened(),
             warnings=warnings(self.monitor, self.ports, self.grid),
             **more,
         )

@@ -9,6 +9,7 @@ import numpy as np
 
 from master.fmi.slave import Slave
 from master.stepping.machine.program import Floats, Integers, Program
+from master.stepping.outcome import Happened
 from master.system.channel import DELAY, DRAWN, FALLBACK, JITTER, MODE, OFFSET, PASS, RANDOM
 from master.system.graph import System
 from master.system.grid import Grid
@@ -27,6 +28,7 @@ class PlayerState:
     armed: tuple[bool, ...]
     acting: tuple[tuple[int, Action], ...]
     before: Mapping[str, float]
+    happened: tuple[Happened, ...] = ()
 
 
 class ScenarioPlayer:
@@ -58,6 +60,7 @@ class ScenarioPlayer:
         self.stopped: Condition | None = None
         self._acting: list[tuple[int, Action]] = []
         self._before: dict[str, float] = {}
+        self._happened: list[Happened] = []
         for name, row in program.channel_of.items():
             start = system.instances[SignalName(name).instance].value_of(SignalName(name).variable)
             program.memory.channels[row, FALLBACK] = float(start or 0.0)
@@ -87,6 +90,10 @@ class ScenarioPlayer:
         pairs = zip(self._conditions[:n_events], self._armed[:n_events], strict=True)
         return [str(condition) for condition, armed in pairs if armed]
 
+    def happened(self) -> list[Happened]:
+        """Conditions that came true, in the order of time."""
+        return list(self._happened)
+
     def look(self, triggers: Integers, tick: int) -> None:
         """Carry out every event whose condition is true before a tick, each once; note what ends the run."""
         for i, condition in enumerate(self._conditions):
@@ -94,6 +101,7 @@ class ScenarioPlayer:
                 continue
             self._armed[i] = False
             triggers[i, 1] = 0
+            self._happened.append(Happened(str(condition), self._grid.time(tick)))
             if i < len(self._conditional):
                 self._begin(self._conditional[i], tick)
             else:
@@ -111,7 +119,13 @@ class ScenarioPlayer:
 
     def state(self) -> PlayerState:
         """Return what has been played so far."""
-        return PlayerState(tuple(self._waiting), tuple(self._armed), tuple(self._acting), dict(self._before))
+        return PlayerState(
+            waiting=tuple(self._waiting),
+            armed=tuple(self._armed),
+            acting=tuple(self._acting),
+            before=dict(self._before),
+            happened=tuple(self._happened),
+        )
 
     def restore(self, state: PlayerState) -> None:
         """Go back to where it was."""
@@ -120,6 +134,7 @@ class ScenarioPlayer:
         self._acting = list(state.acting)
         self._before = dict(state.before)
         self.stopped = None
+        self._happened = list(state.happened)
 
     def _begin(self, event: ScenarioEvent, tick: int) -> None:
         end = NEVER if event.duration is None else tick + self._grid.ticks_of(event.duration)

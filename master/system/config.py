@@ -227,7 +227,7 @@ class Config(Section):
     inputs: list[InputFile] = Field([], json_schema_extra=ONE_OR_MORE)
     limits: dict[SignalKey, Positive] = {}
     record: Record = Record(signals=[])
-    plots: list[Annotated[list[Signal], Field(min_length=1)]] = []
+    plots: list[Annotated[list[Signal], Field(min_length=1)]] | None = None
 
     @classmethod
     def stand_in(cls, key: str, data: Mapping[str, Any]) -> Any:

@@ -3,7 +3,8 @@
 (() => {
   const style = getComputedStyle(document.documentElement);
   const colour = name => style.getPropertyValue("--" + name).trim();
-  const colourOf = curve => colour(curve.colour === null ? "reference" : "curve-" + curve.colour);
+  const nameOfColour = curve => curve.colour !== null ? "curve-" + curve.colour : curve.style === "event" ? "soft" : "reference";
+  const WIDTHS = { reference: 5, event: 1 };
   const isMarks = curve => curve.style === "cross" || curve.style === "circle";
   const FONT = "13px system-ui, 'Segoe UI', 'DejaVu Sans', sans-serif";
   const HEIGHT = 290, FRACTION = 0.2;
@@ -75,10 +76,10 @@
   }
 
   function seriesOf(curve) {
-    const stroke = () => colourOf(curve);
+    const stroke = () => colour(nameOfColour(curve));
     if (!isMarks(curve))
       return {
-        label: curve.label, stroke, width: curve.style === "reference" ? 5 : 1.6, dash: curve.dashes,
+        label: curve.label, stroke, width: WIDTHS[curve.style] || 1.6, dash: curve.dashes,
         points: { show: false },
       };
     const points = { show: true, stroke, width: 1.8 };
@@ -100,9 +101,9 @@
     const shape = { cross: "M15 2l10 10M15 12l10 -10", circle: "M15 7a5 5 0 1 0 10 0a5 5 0 1 0 -10 0" };
     path.setAttribute("d", shape[curve.style] || "M0 7h40");
     path.setAttribute("fill", "none");
-    path.setAttribute("stroke-width", curve.style === "reference" ? 5 : 2);
+    path.setAttribute("stroke-width", WIDTHS[curve.style] || 2);
     path.setAttribute("stroke-dasharray", curve.dashes.join(" "));
-    path.style.stroke = "var(--" + (curve.colour === null ? "reference" : "curve-" + curve.colour) + ")";
+    path.style.stroke = "var(--" + nameOfColour(curve) + ")";
     return svg;
   }
 

@@ -2,7 +2,8 @@ import matplotlib.figure
 import numpy as np
 import pytest
 
-from master.evaluation.plots import plot_run
+from master.evaluation.plots import charts
+from master.pages.picture import save as save_picture
 from master.recording.recorder import Result
 from master.system.config import Compare
 
@@ -22,7 +23,8 @@ def drawn(tmp_path, monkeypatch):
         time = np.linspace(0.0, 1.0, 11)
         values = scale * np.column_stack([np.cos(time + i) for i in range(5)])
         result = Result(time, NAMES, ("m", "m", "m", "N", "N"), values)
-        path = plot_run(result, Compare(signal="m.s", offset=0.01, **named), "test", tmp_path / "plot.png")
+        compare = Compare(signal="m.s", offset=0.01, **named)
+        path = save_picture("test", charts(result, compare), tmp_path / "plot.png")
         assert path.read_bytes().startswith(b"\x89PNG")
         return figures[-1].axes, result
 

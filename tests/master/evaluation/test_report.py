@@ -84,11 +84,19 @@ def test_the_summary_file_is_the_report(saved):
         assert json.load(file) == report.as_dict()
 
 
-def test_without_a_comparison_there_is_no_plot_and_no_metric(saved):
+def test_without_a_comparison_there_is_a_picture_and_no_metric(saved, bay):
     report, _ = saved(("compare: {signal: mass.y, offset: 0.01}\n", ""))
 
     assert report.metrics == {}
+    assert (bay.folder / "out" / "plots.png").read_bytes().startswith(b"\x89PNG")
+    assert report.files["plot"] == str(bay.folder / "out" / "plots.png")
+
+
+def test_an_empty_list_of_plots_draws_nothing(saved):
+    report, _ = saved(("compare:", "plots: []\ncompare:"))
+
     assert "plot" not in report.files
+    assert "zeta" in report.metrics
 
 
 def test_speed_is_time_per_step_and_simulated_time_over_time(saved, bay):

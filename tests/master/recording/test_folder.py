@@ -12,7 +12,7 @@ OLD = ["summary.json", "result.csv", "result.parquet", "result.part-00001.parque
 
 
 def test_what_an_older_run_left_is_gone_before_a_run_and_other_files_stay(tmp_path):
-    for name in [*OLD, "displacement_and_force.png", "notes.txt"]:
+    for name in [*OLD, "plots.png", "notes.txt"]:
         (tmp_path / name).write_text("old")
     with OutputFolder(tmp_path):
         left = {path.name for path in tmp_path.iterdir()}

@@ -9,15 +9,12 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from master.api import prepare_to_run
 from master.cli import main
 from master.errors import ConfigError
 from master.experiment.prepare import Request, prepare
 from master.recording.recorder import Result
 from master.recording.selection import SelectedRows, Selection
 from master.runs.diagram import boxes, input_line
-from master.runs.run_charts import run_charts
-from master.stepping.outcome import Outcome
 
 CONFIGS = Path(__file__).parents[3] / "configs"
 TEXT = """\
@@ -93,39 +90,6 @@ def test_a_run_saves_what_is_recorded(bay):
 
     assert done.exit_code == 0
     assert (out / "result.csv").read_text(encoding="utf-8") == '"time","clock.t"\n0,0\n10,10\n20,20\n'
-
-
-@pytest.mark.parametrize(
-    ("plots", "names"),
-    [("", [["clock.t", "mass.x"]]), ("plots: [[mass.x], [clock.t]]\n", [["mass.x"], ["clock.t"]])],
-)
-def test_a_page_draws_what_the_file_asks_for_or_outputs_by_unit(bay, plots, names):
-    experiment = prepare_to_run(bay.write(TEXT + plots))
-    time = np.linspace(0.0, 20.0, 41)
-    rows = Result(time, ("clock.t", "mass.x"), ("s", "s"), np.column_stack([time, time]))
-    drawn, left_out = run_charts(experiment, Outcome("completed", rows, 1.0, 40))
-
-    assert ([[c.label for c in chart.curves] for chart in drawn], left_out) == (names, 0)
-
-
-def test_events_and_limits_within_the_range_are_marked(bay):
-    more = "limits: {clock.t: 15, mass.x: 99}\nevents: [{at: 5.0, for: 1, freeze: mass.u}]\n"
-    experiment = prepare_to_run(bay.write(TEXT + more))
-    time = np.linspace(0.0, 20.0, 41)
-    rows = Result(time, ("clock.t", "mass.x"), ("s", "s"), np.column_stack([time, time]))
-    [chart], _ = run_charts(experiment, Outcome("completed", rows, 1.0, 40))
-
-    assert [c.label for c in chart.curves[2:]] == ["limit 15 of clock.t", "event at 5 s"]
-
-
-def test_a_diverging_run_is_scaled_to_its_first_three_quarters(bay):
-    experiment = prepare_to_run(bay.write(TEXT))
-    time = np.linspace(0.0, 20.0, 41)
-    rows = Result(time, ("clock.t", "mass.x"), ("s", "s"), np.column_stack([np.exp(time), np.zeros(41)]))
-    [chart], _ = run_charts(experiment, Outcome("diverged", rows, 1.0, 40))
-
-    early = float(np.exp(time[29]))  # the last of 30 rows
-    assert chart.y_range == pytest.approx((-0.5 * early, 1.5 * early))
 
 
 def test_the_diagram_lists_the_wires_with_the_ages_of_the_ledger():

@@ -148,7 +148,7 @@ def test_a_picture_that_cannot_be_drawn_is_a_note(run, monkeypatch):
     result, summary, _ = run(lambda: None, stop=20.0)
 
     assert (result.exit_code, summary["status"]) == (0, "completed")
-    assert summary["notes"] == ["displacement_and_force.png cannot be drawn: Unknown symbol: \\oops"]
+    assert summary["notes"] == ["plots.png cannot be drawn: Unknown symbol: \\oops"]
     assert "plot" not in summary["files"]
 
 

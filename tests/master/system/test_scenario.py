@@ -1,5 +1,6 @@
 import pytest
 
+from master.stepping.outcome import Happened
 from tests.master.system.scenarios import faulted, scenario_of
 from tests.stubs import Block, bench, clock, gain, integrator, mark, typed, variables, wire
 
@@ -151,7 +152,10 @@ def test_a_condition_that_does_not_come_true_is_told():
         {"when": "clock.t > 99", "offset": {"g.u": 1.0}}, {"when": "clock.t > 1", "drop": "g.u"}
     )
 
-    assert made.run(4, scenario=scenario).not_reached == ["clock.t > 99"]
+    outcome = made.run(4, scenario=scenario)
+
+    assert outcome.not_reached == ["clock.t > 99"]
+    assert outcome.happened == [Happened("clock.t > 1", 2.0)]  # row 2 is the first beyond 1
 
 
 @pytest.mark.parametrize("compiled", [False, True])
