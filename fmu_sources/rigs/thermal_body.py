@@ -35,6 +35,7 @@ class ThermalBody(Model):
     )
     slots = (Slot("loss", "W", "Heat that is lost", {"rise": "K"}, position="rise"),)
     input_hold = "input_hold"
+    substep = 1.0  # s: a body cools in minutes
 
     def derivatives(
         self, t: Any, x: Any, u: Any, p: Any, m: Arithmetic, slot: SlotFunction = no_effect

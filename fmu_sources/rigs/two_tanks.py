@@ -42,6 +42,7 @@ class TwoTanks(Model):
         Slot("lower_outflow", "V/s", "What runs out of the lower tank", {"h_2": "V"}, position="h_2"),
     )
     input_hold = "input_hold"
+    substep = 0.5  # s: the fastest outflow takes seconds
 
     def derivatives(
         self, t: Any, x: Any, u: Any, p: Any, m: Arithmetic, slot: SlotFunction = no_effect
