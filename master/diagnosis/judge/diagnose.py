@@ -262,6 +262,8 @@ def _explained(result: PartResult, effects: Sequence[PlacedEffect], judge: Judge
     places = sorted({e.place for e in effects})
 
     def is_adequate(fitted: Fit) -> bool:
+        if fitted is result.base:
+            return result.final.is_adequate
         return all(c.is_silent for c in judge.judge(fitted.predicted, thorough=False))
 
     named = search(study, result.base, effects, is_adequate=is_adequate)

@@ -25,13 +25,15 @@ from .folds import Fold, Folds
 
 RIDGES = np.logspace(-6, 2, 9)  # over the number of rows, for columns of deviation 1
 MOST_ROWS = 4000  # that a regression is fitted on
-N_TREES = 120
+N_TREES = 60
 LEAVES = 15
 FEWEST_IN_LEAF = 60
-RATE = 0.1  # of the boosting
+RATE = 0.2  # of the boosting
 MOST_ROWS_OF_TREES = 2500
 PADDING = 4  # of a spectrum: its lines are this much finer than the time allows
 N_REFINED = 21  # frequencies around a line
+FEWEST_ROWS_OF_LINES = 1500  # on which these are compared
+EVERY_OF_LINES = 5  # row at most: a line of the highest frequency still has three of them a period
 LEAST_CYCLES = 1.0  # over the recordings
 LEAST_CYCLES_ALONE = 20.0  # of a line by itself: below, it is a wave of coloured noise
 N_HARMONICS = 3
@@ -117,7 +119,9 @@ def line(residual: Array, factor: Array, t: Array, folds: Folds, *, highest: flo
             continue
         duration = period * len(over_time)
         near = frequency + np.linspace(-0.5, 0.5, N_REFINED) / (PADDING * duration)
-        frequency = min(near, key=lambda f: _left(residual, _modulated(factor, t, f), fold.fitted))
+        rows = _some(fold.fitted)
+        z, at, left = factor[rows], t[rows], residual[rows]
+        frequency = min(near, key=lambda f: _left(left, _modulated(z, at, f)))
         found.append(frequency)
         explained[fold.held_out] = _solved(residual, _modulated(factor, t, frequency), fold)
     return HeldOut(explained, float(np.median(found)) if found else 0.0)
@@ -140,7 +144,9 @@ def line_over(residual: Array, values: Array, folds: Folds) -> HeldOut:
         power[frequency < 2.0 / span] = 0.0
         best = float(frequency[int(np.argmax(power))])
         near = best + np.linspace(-0.5, 0.5, N_REFINED) * float(frequency[1])
-        best = min(near, key=lambda f: _left(residual, _waves(values, f), rows))
+        rows = _some(rows)
+        own, left = values[rows], residual[rows]
+        best = min(near, key=lambda f: _left(left, _waves(own, f)))
         found.append(best)
         explained[fold.held_out] = _solved(residual, _waves(values, best), fold)
     return HeldOut(explained, float(np.median(found)))
@@ -176,6 +182,10 @@ def _thinned(rows: Integers, most: int) -> Integers:
     return rows[:: max(1, -(-len(rows) // most))]
 
 
+def _some(rows: Integers) -> Integers:
+    return _thinned(rows, max(FEWEST_ROWS_OF_LINES, -(-len(rows) // EVERY_OF_LINES)))
+
+
 def _peak(product: Array, period: float, highest: float, *, is_plain: bool) -> float:
     """Frequency of the strongest line [Hz], 0 if there is none to look for."""
     n = PADDING * len(product)
@@ -209,10 +219,9 @@ def _solved(residual: Array, columns: Array, fold: Fold) -> Array:
     return np.asarray(trust * (columns[fold.held_out] @ weights))
 
 
-def _left(residual: Array, columns: Array, rows: Integers) -> float:
-    """Power that the columns leave on the rows."""
-    a = columns[rows]
+def _left(residual: Array, a: Array) -> float:
+    """Power that columns leave of a residual, less its own."""
     normal = a.T @ a
-    target = a.T @ residual[rows]
+    target = a.T @ residual
     normal[np.diag_indices_from(normal)] += TINY + 1e-12 * float(np.trace(normal))
     return float(-target @ np.linalg.solve(normal, target))

@@ -33,6 +33,7 @@ AT_MOST = 3  # effects
 LONGEST_LIST = 6  # effects that are fitted in a round
 FEWEST = 1  # effects that are fitted in a round, however little they promise
 SMALLEST_PROMISE = 5e-3  # share of the fitted residual power, for a fit
+SMALLEST_HELD_OUT = 0.02  # the same on held-out rows, where nothing recorded predicts what is left
 SMALLEST_OF_BEST = 0.1  # promise over that of the most promising, for a fit
 ENOUGH = 5e-3  # power left over that of the base: a fourteenth of the amplitude
 MOST_OF_REST = 0.5  # share of the little that is left then, for one effect more
@@ -113,7 +114,8 @@ def search(
         base: Its fit without effects.
         candidates: Effects in their slots.
         at_most: Number of effects.
-        is_adequate: Whether nothing that is left can be predicted: no more effects are looked for then.
+        is_adequate: Whether nothing that is left can be predicted: no more effects are looked for then, and
+            a first one has to promise more, on rows that it has not seen.
     """
     so_far = _SoFar(_Fitted(ExtendedModel(), base), [])
     try:
@@ -148,7 +150,8 @@ def _add(
     ahead: Round | None = None
     while len(rounds) < at_most:
         present = so_far.present
-        step = ahead or _step(study, present, candidates)
+        is_doubtful = not rounds and is_adequate(base)
+        step = ahead or _step(study, present, candidates, is_doubtful=is_doubtful)
         ahead = None
         is_last = len(rounds) + 1 == at_most
         if len(step.family) > 1 and not is_last and not _is_enough(study, base, step.family[0].gain.fit):
@@ -185,14 +188,17 @@ def _most_of_the_rest(step: Round) -> Round:
     return step if step.family and step.family[0].gain.share > MOST_OF_REST else replace(step, family=())
 
 
-def _step(study: Study, present: _Fitted, candidates: Sequence[PlacedEffect]) -> Round:
-    """Screen and fit one more effect."""
+def _step(
+    study: Study, present: _Fitted, candidates: Sequence[PlacedEffect], *, is_doubtful: bool = False
+) -> Round:
+    """Screen and fit one more effect; it is doubtful where the model before it is adequate."""
     chosen = present.model
     left = [e for e in candidates if e not in chosen.effects]
     study.say(f"{len(left)} effects screened")
     taken = {e.place for e in chosen.effects}
     study.build([(*chosen.effects, e) if e.place in taken else (e,) for e in left])
-    promising = _shortlist(screened(study, chosen, present.fit, left))
+    tried = screened(study, chosen, present.fit, left, is_held_out=is_doubtful)
+    promising = _shortlist([s for s in tried if not s.held_out < SMALLEST_HELD_OUT])
     study.build([s.model.effects for s in promising])
     return _round(study, present.fit, promising, len(left))
 

@@ -9,7 +9,7 @@ units of the slot's value, and those that are zero without the effect. The other
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -39,6 +39,7 @@ class Screened:
     """
     An effect with first guesses; `gain` is the share of the fitted residual power that it promises.
 
+    `held_out` is the share that this promise keeps on the held-out rows, NaN where it was not asked for.
     `known` are the sensitivities to what is fitted already, before the effect, for the first steps of a fit.
     """
 
@@ -46,6 +47,7 @@ class Screened:
     starts: tuple[Mapping[str, float], ...]
     gain: float
     known: Mapping[str, Array]
+    held_out: float = np.nan
 
 
 @dataclass(frozen=True)
@@ -58,12 +60,20 @@ class _Trial:
 
 
 def screened(
-    study: Study, chosen: ExtendedModel, fitted: Fit, candidates: Sequence[PlacedEffect]
+    study: Study,
+    chosen: ExtendedModel,
+    fitted: Fit,
+    candidates: Sequence[PlacedEffect],
+    *,
+    is_held_out: bool = False,
 ) -> list[Screened]:
-    """Try all effects on the model so far, best first."""
+    """Try all effects on the model so far, best first; on request, ask what holds on rows held out."""
     tangent = Tangent(study, chosen, fitted)
     tried = [_best(study, tangent, placed) for placed in candidates]
-    return sorted((s for s in tried if s is not None), key=lambda s: -s.gain)
+    found = sorted((s for s in tried if s is not None), key=lambda s: -s.gain)
+    if not is_held_out:
+        return found
+    return [replace(s, held_out=tangent.held_out_share(s.model, s.starts[0])) for s in found]
 
 
 def _best(study: Study, tangent: Tangent, placed: PlacedEffect) -> Screened | None:

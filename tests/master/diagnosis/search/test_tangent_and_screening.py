@@ -117,3 +117,24 @@ def test_a_prior_pulls_a_free_column_by_hand():
 def test_a_study_does_not_change_after_it_was_made(study):
     with pytest.raises(AttributeError):
         study.output_scale = np.ones(1)
+
+
+def test_what_an_effect_promises_is_asked_for_on_rows_that_it_was_not_sized_on(study, base):
+    """Measured less the base is 0.25 on all rows: an offset takes all of it, a gain nothing that lasts."""
+    found = {
+        s.model.effects[-1]: s
+        for s in screened(study, ExtendedModel(), base, [GAIN, OFFSET], is_held_out=True)
+    }
+
+    assert found[OFFSET].held_out == pytest.approx(1.0)
+    assert found[GAIN].held_out < 0.02
+
+
+def test_an_offset_of_the_fitted_rows_alone_promises_nothing_on_the_others(study, base):
+    """Fitted rows are 0.25 too high, held-out ones 0.25 too low: there the offset doubles what is left."""
+    study.measured[400:] -= 0.5
+
+    offset, *_ = screened(study, ExtendedModel(), base, [OFFSET], is_held_out=True)
+
+    assert offset.gain == pytest.approx(1.0)
+    assert offset.held_out < -2.0
