@@ -129,3 +129,26 @@ def test_friction_device_sticks_before_it_slides(data, tmp_path):
     assert "clearance" in {*names, *rivals}
     assert report["before"]["device.force"]["rmse"] > 9e3
     assert report["after"]["device.force"]["rmse"] <= 1.8e3
+
+
+def test_damper_has_friction_with_memory_and_an_offset(data, tmp_path):
+    """Independent fits on the sealed records: viscous 147 N, with an offset and Dahl's friction 26.4 N."""
+    laws = ["asymmetric_friction", "coulomb", "offset", "presliding", "dahl", "structural_damping"]
+    report = report_of(only({"damper.force": laws}, "mr_damper", tmp_path), tmp_path / "out")
+
+    assert report["before"]["damper.force"]["rmse"] == pytest.approx(147.0, abs=2.0)
+    assert report["after"]["damper.force"]["rmse"] <= 20.0
+    assert report["effects"][0]["effect"] == "presliding"
+    assert report["effects"][1]["effect"] == "asymmetric_friction"  # Coulomb and an offset, and more
+    assert report["verdict"] == "partly, with a remainder"
+
+
+def test_tanks_lack_what_flattens_the_lower_outflow(data, tmp_path):
+    """Independent fits on the sealed record: linear 1.11 V, outflows by the square root 0.63 V."""
+    slots = {"tanks.upper_outflow": ["overflow"], "tanks.lower_outflow": ["offset", "power_law", "drift"]}
+    report = report_of(only(slots, "tanks", tmp_path), tmp_path / "out")
+
+    assert report["before"]["tanks.h_2"]["rmse"] == pytest.approx(1.11, abs=0.03)
+    assert report["after"]["tanks.h_2"]["rmse"] <= 0.66
+    assert {e["slot"] for e in report["effects"]} == {"lower_outflow"}
+    assert report["verdict"] == "partly, with a remainder"

@@ -106,7 +106,13 @@ class Tangent:
         return self._over_scale(self.study.simulate((placed,), given | dict(values)) - self._alone)
 
     def gain(self, responses: Sequence[Array], low: Sequence[float]) -> TangentGain:
-        """Regress the residual on responses of which no factor is below its bound."""
+        """
+        Regress the residual on responses of which no factor is below its bound.
+
+        The share is NaN where a response has run away: an unstable replay promises nothing.
+        """
+        if any((np.abs(r) >= FAR).any() for r in responses):
+            return TangentGain(np.nan, np.zeros(len(responses)))
         regressed = self._regressed(responses, low)
         return TangentGain(1.0 - regressed.power / self.power, regressed.factors)
 

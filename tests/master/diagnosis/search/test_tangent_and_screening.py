@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fmu_sources.effects.framework.effect import Rms
-from master.diagnosis.numerics.least_squares import Fit, FreeParameter
+from master.diagnosis.numerics.least_squares import FAR, Fit, FreeParameter
 from master.diagnosis.numerics.regression import bounded_below
 from master.diagnosis.replay.placed_effect import PlacedEffect
 from master.diagnosis.search.extended_model import ExtendedModel
@@ -81,6 +81,17 @@ def test_screening_finds_the_effect_and_its_size(study, base):
     assert best.gain == pytest.approx(1.0)
     assert best.starts[0][OFFSET.variable("offset")] == pytest.approx(0.25, rel=1e-6)
     assert set(best.known) == {"box.k", "box.c"}
+
+
+def test_a_response_that_runs_away_promises_nothing(study, base):
+    """Regressed on, an unstable replay takes away what it is large for: a few rows at its end."""
+    tangent = Tangent(study, ExtendedModel(), base)
+    steady = tangent.residual.copy()
+    unstable = np.clip(2.0 ** np.arange(len(steady)), 0.0, FAR)
+
+    assert tangent.gain([steady], [0.0]).share > 0.9
+    assert np.isnan(tangent.gain([unstable], [0.0]).share)
+    assert np.isnan(tangent.gain([steady, unstable], [0.0, 0.0]).share)
 
 
 def test_an_effect_after_another_in_its_slot_sees_what_that_returns(study, base):
