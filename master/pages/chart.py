@@ -16,6 +16,7 @@ LINE, REFERENCE, DOTTED, CROSS, CIRCLE, EVENT = "line", "reference", "dotted", "
 MARKS = (CROSS, CIRCLE)
 GREY = (REFERENCE, EVENT)  # have no colour of the palette
 COLUMNS = 700
+FEWEST_POINTS_OF_LABEL = 5  # a shorter line of equal value has no room for its label
 
 
 @dataclass(frozen=True)
@@ -35,6 +36,21 @@ class Curve:
 
 
 @dataclass(frozen=True)
+class Region:
+    """
+    Closed rings under the curves, filled with `fill` (#rrggbbaa); or, without it, lines of equal value.
+
+    Shapes (n,); NaN is between rings or lines. Lines are thin, grey and dashed and have the label, or bold.
+    """
+
+    x: Floats
+    y: Floats
+    fill: str = ""
+    label: str = ""
+    is_bold: bool = False
+
+
+@dataclass(frozen=True)
 class Chart:
     """One pair of axes, their labels with units; `y_range` cuts off what runs away."""
 
@@ -45,6 +61,7 @@ class Chart:
     y_range: tuple[float, float] | None = None
     x_range: tuple[float, float] | None = None
     logarithmic: bool = False
+    regions: Sequence[Region] = ()
 
     @property
     def looks(self) -> list[Look | None]:

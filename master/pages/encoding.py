@@ -81,4 +81,14 @@ def _chart(chart: Chart, arrays: Arrays) -> dict[str, Any]:
         "y_range": chart.y_range,
         "logarithmic": chart.logarithmic,
         "curves": curves,
+        "regions": [
+            {
+                "x": arrays.place(r.x),
+                "y": arrays.place(r.y),
+                "fill": r.fill,
+                "label": r.label,
+                "bold": r.is_bold,
+            }
+            for r in chart.regions
+        ],
     }

@@ -10,13 +10,24 @@ from typing import Any
 
 import numpy as np
 
-from .chart import CIRCLE, COLUMNS, CROSS, EVENT, MARKS, Chart, decimated
+from .chart import (
+    CIRCLE,
+    COLUMNS,
+    CROSS,
+    EVENT,
+    FEWEST_POINTS_OF_LABEL,
+    MARKS,
+    Chart,
+    Region,
+    decimated,
+)
 from .palette import LIGHT, LIGHT_REFERENCE, LIGHT_SOFT
 
 _MARKS: dict[str, dict[str, Any]] = {
     CROSS: {"marker": "x", "linestyle": "none", "markersize": 7},
     CIRCLE: {"marker": "o", "linestyle": "none", "markersize": 8, "fillstyle": "none"},
 }
+_CONTOUR: dict[str, Any] = {"color": LIGHT_SOFT, "linewidth": 0.7, "linestyle": "--"}
 _WIDTH, _HEIGHT = 6.4, 3.0  # inch: on a phone its text is still 8 px high
 _COLUMNS = 320  # two points a column are more than such a picture resolves
 _POINTS = 0.6  # of a page's pixel, for dashes
@@ -53,6 +64,8 @@ def save(title: str, charts: Sequence[Chart], path: Path) -> Path:
 
 def draw(axis: Any, chart: Chart, columns: int = COLUMNS) -> None:
     """Draw a chart into matplotlib's axes, with the extremes of a number of columns."""
+    for region in chart.regions:
+        _draw_region(axis, region)
     drawn = [decimated(curve, columns) for curve in chart.curves]
     for curve, look in zip(drawn, chart.looks, strict=True):
         style: dict[str, Any] = {"color": LIGHT_REFERENCE, "linewidth": 3.0, "zorder": 1.5}
@@ -72,6 +85,30 @@ def draw(axis: Any, chart: Chart, columns: int = COLUMNS) -> None:
     else:
         axis.set_xlim(chart.x_range)
     axis.grid(alpha=0.3)
+
+
+def _draw_region(axis: Any, region: Region) -> None:
+    """Fill rings, holes left out, or draw lines with their label in the middle of each."""
+    from matplotlib.patches import PathPatch
+    from matplotlib.path import Path as Outline
+
+    ends = np.flatnonzero(np.isnan(region.x))
+    pieces = [
+        np.column_stack([x, y])
+        for x, y in zip(np.split(region.x, ends), np.split(region.y, ends), strict=True)
+    ]
+    pieces = [piece[np.isfinite(piece[:, 0])] for piece in pieces]
+    if region.fill:
+        rings = [np.vstack([piece, piece[:1]]) for piece in pieces if len(piece) > 2]
+        outline = Outline.make_compound_path(*(Outline(ring, closed=True) for ring in rings))
+        axis.add_patch(PathPatch(outline, facecolor=region.fill, edgecolor="none", zorder=0.5))
+        return
+    style: dict[str, Any] = {"color": LIGHT[4], "linewidth": 1.8} if region.is_bold else _CONTOUR
+    for piece in pieces:
+        axis.plot(piece[:, 0], piece[:, 1], zorder=1.0, **style)
+        if len(piece) >= FEWEST_POINTS_OF_LABEL and region.label:
+            x, y = piece[len(piece) // 2]
+            axis.text(x, y, region.label, fontsize="x-small", color=LIGHT_SOFT, clip_on=True)
 
 
 def legend(figure: Any, axis: Any) -> None:

@@ -78,7 +78,7 @@ def test_a_sweep_draws_its_map(tmp_path):
     [
         (["--zeros", "spacecraft.g:spacecraft.s_des"], "--zeros: no such connected input"),
         (["--zeros", "spacecraft.f"], "--zeros: not a pair"),
-        (["--sweep", "spacecraft.f=0:1:3"], "--sweep: a delay alone"),
+        (["--sweep", "spacecraft.f=0:5:3"], "--sweep: delay, got"),
         (["--sweep", "a=1", "--sweep", "b=1", "--sweep", "c=1"], "--sweep: too many, got 3"),
     ],
 )

@@ -2,15 +2,13 @@
 Stability over one or two parameters; the boundary by root search on the growth of the fastest pole.
 
 An axis is `signals=from:to:n`: one parameter, or several joined by commas that get the same value. A
-connected input in place of a parameter means an extra delay [s] of its connection; its boundary is
-the delay margin.
+connected input in place of a parameter means an extra delay [s] of its connection, whole steps or not.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,8 +19,8 @@ from master.errors import ConfigError, expected
 from master.fmi.description import Kind
 from master.system.graph import System, Wire
 
-from .margins import margin
-from .poles import fastest, growth_rate
+from .delays import fastest_with_delay
+from .poles import Fastest, fastest
 
 Floats = NDArray[np.float64]
 Progress = Callable[[], None]
@@ -58,8 +56,7 @@ class StabilityMap:
     """
     Growth [1/s] and damping ratio of the fastest pole, shapes (len(y) or 1, len(x)), and the growth's roots.
 
-    Along a delay both are those without delay, and NaN beyond the margin. `boundary` has a point (x, y) for
-    each root, y = 0 without a second axis.
+    `boundary` has a point (x, y) for each root, y = 0 without a second axis.
     """
 
     x: Axis
@@ -67,12 +64,6 @@ class StabilityMap:
     growth: Floats
     damping: Floats
     boundary: tuple[tuple[float, float], ...]
-
-    @property
-    def at_rest(self) -> list[float]:
-        """Along a delay: growth of each column without it."""
-        found: list[float] = np.nan_to_num(self.growth[0], nan=-1.0).tolist()
-        return found
 
 
 def parse_axis(text: str, system: System) -> Axis:
@@ -131,78 +122,61 @@ def stability_map(
     linearisation: Linearisation, x: Axis, y: Axis | None = None, progress: Progress = lambda: None
 ) -> StabilityMap:
     """Compute growth and boundary; `progress` is called for each value of x."""
+    if x.wire is not None and y is not None and y.wire is not None:
+        raise ConfigError(
+            [f"--sweep: two delays, got {x.label} and {y.label}, expected a parameter with one"]
+        )
     if x.wire is not None and y is not None:
         x, y = y, x
-    if x.wire is not None:
-        raise ConfigError([f"--sweep: a delay alone, got {x.label}, expected a parameter with it"])
-    columns = []
-    boundary: list[tuple[float, float]] = []
-    for value in x.values:
-        column = _column(linearisation, dict.fromkeys(x.signals, float(value)), y)
-        columns.append(column)
-        boundary += [(float(value), root) for root in column.roots]
+    point = _Point(linearisation, x, y)
+    rows = [0.0] if y is None else y.values.tolist()
+    growth = np.empty((len(rows), len(x.values)))
+    damping = np.empty_like(growth)
+    for i, a in enumerate(x.values.tolist()):
+        for j, b in enumerate(rows):
+            growth[j, i], damping[j, i] = point.fastest(a, b)
         progress()
-    growth = np.array([column.growth for column in columns]).T
-    damping = np.array([column.damping for column in columns]).T
-    if y is None:
-        boundary = [
-            (root, 0.0) for root in _roots(_growth_along(linearisation, {}, x.signals), x.values, growth[0])
+    boundary = [
+        (root, b) for j, b in enumerate(rows) for root in _roots(point.along_x(b), x.values, growth[j])
+    ]
+    if y is not None:
+        boundary += [
+            (a, root)
+            for i, a in enumerate(x.values.tolist())
+            for root in _roots(point.along_y(a), y.values, growth[:, i])
         ]
-    elif y.wire is None:
-        boundary += _along_x(linearisation, x, y, growth)
     return StabilityMap(x, y, growth, damping, tuple(sorted(boundary)))
 
 
-def _along_x(linearisation: Linearisation, x: Axis, y: Axis, growth: Floats) -> list[tuple[float, float]]:
-    """Find the roots between columns, which a boundary that runs along y has only."""
-    found = []
-    for value, row in zip(y.values, growth, strict=True):
-        along = _growth_along(linearisation, dict.fromkeys(y.signals, float(value)), x.signals)
-        found += [(root, float(value)) for root in _roots(along, x.values, row)]
-    return found
+@dataclass(frozen=True)
+class _Point:
+    """The fastest pole at values of the axes."""
 
+    linearisation: Linearisation
+    x: Axis
+    y: Axis | None
 
-class _Column(NamedTuple):
-    """Growth and damping of the fastest pole along y, shapes (len(y) or 1,), and the roots of the growth."""
+    def fastest(self, a: float, b: float) -> Fastest:
+        """Fastest pole where the first axis has a value and the second, if there is one, another."""
+        changes: dict[str, float] = {}
+        delayed: list[tuple[Wire, float]] = []
+        for axis, value in ((self.x, a), (self.y, b)):
+            if axis is None:
+                continue
+            if axis.wire is None:
+                changes |= dict.fromkeys(axis.signals, value)
+            else:
+                delayed.append((axis.wire, value))
+        coupled = self.linearisation.coupled(changes)
+        return fastest_with_delay(coupled, *delayed[0]) if delayed else fastest(coupled)
 
-    growth: Floats
-    damping: Floats
-    roots: list[float]
+    def along_x(self, b: float) -> Callable[[float], float]:
+        """Growth over the first axis, at a value of the second."""
+        return lambda a: self.fastest(a, b).growth
 
-
-def _column(linearisation: Linearisation, fixed: Mapping[str, float], y: Axis | None) -> _Column:
-    if y is not None and y.wire is not None:
-        return _delays(linearisation, fixed, y, y.wire)
-    changes = [fixed] if y is None else [{**fixed, **dict.fromkeys(y.signals, float(v))} for v in y.values]
-    found = [fastest(linearisation.coupled(change)) for change in changes]
-    growth = np.array([one.growth for one in found])
-    damping = np.array([one.zeta for one in found])
-    if y is None:
-        return _Column(growth, damping, [])
-    along = _growth_along(linearisation, fixed, y.signals)
-    return _Column(growth, damping, _roots(along, y.values, growth))
-
-
-def _delays(linearisation: Linearisation, fixed: Mapping[str, float], y: Axis, wire: Wire) -> _Column:
-    coupled = linearisation.coupled(fixed)
-    if coupled.period != 1:
-        raise ConfigError(["--sweep: no delay over FMUs of several rates, expected each to step every tick"])
-    at_rest = fastest(coupled)
-    if at_rest.growth > 0.0:
-        return _Column(np.full(len(y.values), at_rest.growth), np.full(len(y.values), at_rest.zeta), [])
-    bound = margin(coupled, wire).delay
-    inside = y.values < (np.inf if bound is None else bound)
-    return _Column(
-        growth=np.where(inside, at_rest.growth, np.nan),
-        damping=np.where(inside, at_rest.zeta, np.nan),
-        roots=[] if bound is None or bound > y.values[-1] else [bound],
-    )
-
-
-def _growth_along(
-    linearisation: Linearisation, fixed: Mapping[str, float], signals: Sequence[str]
-) -> Callable[[float], float]:
-    return lambda value: growth_rate(linearisation.coupled({**fixed, **dict.fromkeys(signals, value)}))
+    def along_y(self, a: float) -> Callable[[float], float]:
+        """Growth over the second axis, at a value of the first."""
+        return lambda b: self.fastest(a, b).growth
 
 
 def _roots(function: Callable[[float], float], values: Floats, growth: Floats) -> list[float]:

@@ -107,6 +107,31 @@
     return svg;
   }
 
+  // Rings that are filled, holes left out, and lines of equal value with their labels; null is between them.
+  function paint(u, regions, arrays) {
+    const c = u.ctx;
+    c.save();
+    c.beginPath(); c.rect(u.bbox.left, u.bbox.top, u.bbox.width, u.bbox.height); c.clip();
+    for (const region of regions) {
+      const xs = arrays[region.x], ys = arrays[region.y], lines = [[]], path = new Path2D();
+      xs.forEach((x, k) => x == null ? lines.push([]) :
+        lines[lines.length - 1].push([u.valToPos(x, "x", true), u.valToPos(ys[k], "y", true)]));
+      for (const line of lines) {
+        line.forEach(([x, y], k) => k ? path.lineTo(x, y) : path.moveTo(x, y));
+        if (region.fill) path.closePath();
+      }
+      if (region.fill) { c.fillStyle = region.fill; c.fill(path, "evenodd"); continue; }
+      c.strokeStyle = c.fillStyle = colour(region.bold ? "ink" : "soft");
+      c.lineWidth = (region.bold ? 2 : 1) * devicePixelRatio;
+      c.setLineDash(region.bold ? [] : [5 * devicePixelRatio, 3 * devicePixelRatio]);
+      c.stroke(path);
+      c.font = 12 * devicePixelRatio + "px system-ui, sans-serif";
+      for (const line of lines)
+        if (line.length > 4 && region.label) c.fillText(region.label, ...line[Math.floor(line.length / 2)]);
+    }
+    c.restore();
+  }
+
   function plot(host, chart, arrays) {
     const log = chart.logarithmic;
     const { columns, order } = aligned(chart.curves, arrays);
@@ -152,7 +177,7 @@
       scales: { x: scale("x"), y: scale("y") },
       axes: [{ ...axis(chart.x_label), ...X_AXIS }, { ...axis(chart.y_label), ...Y_AXIS }],
       series: [{}, ...order.map(seriesOf)],
-      hooks: { setCursor: [read], setSelect: [selected], ready: [u => { u.over.ondblclick = () => look(home.x, home.y); }] },
+      hooks: { drawClear: [u => paint(u, chart.regions, arrays)], setCursor: [read], setSelect: [selected], ready: [u => { u.over.ondblclick = () => look(home.x, home.y); }] },
     }, columns, field);
 
     function look(x, y) {

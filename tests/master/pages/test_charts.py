@@ -8,10 +8,10 @@ import json
 import numpy as np
 import pytest
 
-from master.pages.chart import CROSS, DOTTED, REFERENCE, Chart, Curve, decimated
+from master.pages.chart import CROSS, DOTTED, REFERENCE, Chart, Curve, Region, decimated
 from master.pages.encoding import encoded, page_data
 from master.pages.palette import DASHES, DOTS
-from master.pages.picture import data_uri
+from master.pages.picture import data_uri, save
 from tests.master.pages.made_up_charts import charts, motions
 
 
@@ -108,3 +108,18 @@ def test_a_picture_is_an_svg_with_labels_and_units(chart):
 
 def test_the_same_chart_is_the_same_picture():
     assert data_uri(motions()) == data_uri(motions())
+
+
+def test_a_region_is_filled_with_its_hole_left_out(tmp_path):
+    """A square of 10 with a hole of 4: by hand 84 % of the field is filled."""
+    image = pytest.importorskip("matplotlib.image")
+    gap = [np.nan]
+    outer, hole = [0.0, 10.0, 10.0, 0.0], [3.0, 3.0, 7.0, 7.0]
+    x, y = np.array(outer + gap + hole), np.array([0.0, 0.0, 10.0, 10.0, *gap, 3.0, 7.0, 7.0, 3.0])
+    chart = Chart("", "x", "y", [], (0.0, 10.0), (0.0, 10.0), regions=[Region(x, y, "#ff0000ff")])
+    pixels = image.imread(save("", [chart], tmp_path / "region.png"))  # 0 to 1
+    red = pixels[..., 0] - pixels[..., 1] > 0.25
+    rows, columns = np.flatnonzero(red.any(axis=1)), np.flatnonzero(red.any(axis=0))
+    field = red[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
+
+    assert field.mean() == pytest.approx(0.84, abs=0.01)

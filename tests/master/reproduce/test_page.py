@@ -4,36 +4,19 @@ from __future__ import annotations
 
 import re
 
-import numpy as np
 import pytest
 
 from master.errors import ConfigError
-from master.pages.chart import Chart, Curve
-from master.reproduce.claims.claim import CONDITION, HOLDS, Claim, Row
 from master.reproduce.facts.errata import ERRATA
-from master.reproduce.facts.orders import Ordered
 from master.reproduce.figures.registry import FIGURES
-from master.reproduce.page import Content, write_page
+from master.reproduce.page import write_page
 from master.reproduce.reproduction import reproduce
-
-CHART = Chart("</script>", "time [s]", "force [N]", [Curve("f", np.arange(3.0), np.arange(3.0))])
-CLAIM = Claim("stable", "Sec. I", "It is <stable>", "because", ())
-ROWS = [
-    Row(
-        *("stable.one", "Sec. I", "It is <stable> (first case)", "zeta > 0", "a formula"),
-        *(0.25, 10, "worst of 10 seeds", HOLDS, "because"),
-    ),
-    Row(
-        *("stable.two", "Sec. I", "It is <stable> (second case)", "zeta > 0", "a formula"),
-        *(None, 10, "no noise", CONDITION, "maybe"),
-    ),
-]
-ORDERS = [Ordered("the order", 20, ("a.x -> b.u",), 2.0, -0.1, 0.005, 0.0049)]
+from tests.master.reproduce.made_up_content import CHART, made_up_content
 
 
 @pytest.fixture(scope="module")
 def page(tmp_path_factory) -> str:
-    content = Content({f.id: [CHART] for f in FIGURES}, [(CLAIM, ROWS)], ORDERS)
+    content = made_up_content({f.id: [CHART] for f in FIGURES})
     return write_page(content, tmp_path_factory.mktemp("page") / "index.html").read_text(encoding="utf-8")
 
 
@@ -69,7 +52,7 @@ def test_every_erratum_is_listed(page):
 
 
 def test_only_the_figures_that_were_drawn_are_on_the_page(tmp_path):
-    content = Content({"10": [CHART]}, [(CLAIM, ROWS)], ORDERS)
+    content = made_up_content({"10": [CHART]})
     page = write_page(content, tmp_path / "index.html").read_text(encoding="utf-8")
 
     assert re.findall(r'data-figure="([^"]*)"', page) == ["10"]

@@ -8,7 +8,8 @@ import matplotlib.figure
 import numpy as np
 import pytest
 
-from master.analysis.measures.map_plot import plot_map, points
+from master.analysis.measures.map_chart import BLUE, BOUNDARY, ORANGE, OWN, map_chart, points
+from master.analysis.measures.map_plot import plot_map
 from master.analysis.measures.sweep import parse_axis, stability_map
 from master.errors import ConfigError
 from tests.master.analysis.loops_of_stubs import linearisation_of
@@ -72,11 +73,12 @@ def test_the_shading_changes_at_the_boundary(two_gains):
     """Growth at the points of the picture: 0 at each root, where p q = 1 by hand, and of one sign beside."""
     system = two_gains.system
     found = stability_map(two_gains, parse_axis("a.p=0.5:2:4", system), parse_axis("b.p=0.3:2.1:3", system))
-    x, y, growth = points(found)
+    x, y, growth, damping = points(found)
 
     roots = growth == 0.0
     assert roots.sum() == len(found.boundary) == 5  # four between rows, one between columns
     assert x[roots] * y[roots] == pytest.approx(1.0, abs=1e-5)
+    assert np.all(damping[roots] == 0.0)
     assert np.array_equal(growth[~roots] > 0.0, x[~roots] * y[~roots] > 1.0)
 
 
@@ -101,7 +103,7 @@ def test_every_kind_of_map_is_drawn_with_its_operating_point(two_gains, tmp_path
     )
     plot_map(found, "title", tmp_path / "map.png")
 
-    assert "the system as it is" in [text.get_text() for text in figures[0].legends[0].get_texts()]
+    assert OWN in [text.get_text() for text in figures[0].legends[0].get_texts()]
     assert (tmp_path / "map.png").read_bytes().startswith(b"\x89PNG")
 
 
@@ -112,3 +114,30 @@ def test_a_boundary_that_runs_along_the_second_axis_is_found(two_gains):
 
     assert [y for _, y in found.boundary] == pytest.approx([1.1, 1.0, 0.9])
     assert [x for x, _ in found.boundary] == pytest.approx([1 / 1.1, 1.0, 1 / 0.9], abs=1e-5)
+
+
+def test_line_and_shading_meet_where_the_growth_is_zero(two_gains):
+    """By hand q = 1/p, monotone: all of the line is on it, to the length of a triangle; shades end at it."""
+    system = two_gains.system
+    found = stability_map(two_gains, parse_axis("a.p=0.5:2:16", system), parse_axis("b.p=0.4:2.1:18", system))
+    chart = map_chart(found, "map")
+    line = next(curve for curve in chart.curves if curve.label == BOUNDARY)
+
+    assert line.x * line.y == pytest.approx(1.0, abs=0.004)
+    for colour, sign in ((BLUE, 1.0), (ORANGE, -1.0)):
+        shades = [r for r in chart.regions if r.fill.startswith(colour)]
+        assert len(shades) == 5
+        for r in shades:
+            inside = np.isfinite(r.x)
+            assert np.all(sign * (1.0 - r.x[inside] * r.y[inside]) > -0.004)
+
+
+def test_a_delay_alone_is_swept(two_gains):
+    """x(k + 1 + d) = 0.25 x(k): growth log(0.25)/(1 + d), which no delay makes positive."""
+    found = stability_map(two_gains, parse_axis("b.u=0:4:9", two_gains.system))
+    chart = map_chart(found, "delay")
+
+    assert found.boundary == ()
+    assert found.growth[0] == pytest.approx(np.log(0.25) / (1.0 + found.x.values), rel=1e-9)
+    assert [curve.label for curve in chart.curves] == ["growth of the fastest pole", OWN]
+    assert [r.fill[:7] for r in chart.regions] == [BLUE]

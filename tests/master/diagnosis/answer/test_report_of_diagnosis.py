@@ -15,6 +15,7 @@ from master.diagnosis.answer.report.page import page
 from master.diagnosis.answer.report.panels import Panel
 from master.diagnosis.answer.report.residual import residual, where
 from master.pages.chart import REFERENCE, Chart, Curve
+from tests.master.diagnosis.answer.made_up_report import CHANNEL, UNITS, made_up_report
 
 
 def test_a_thinned_line_keeps_its_peaks():
@@ -74,59 +75,9 @@ def test_a_law_with_memory_is_drawn_along_each_recording():
     assert added[500:] == pytest.approx(added[:500])
 
 
-STATUS = {"status": "traced", "why": "", "sealed_gain": 0.75, "sealed_gain_interval": [0.7, 0.8]}
-CHANNEL = {
-    "noise_floor": 0.9,
-    "evidence": "rest",
-    "stages": [
-        {
-            "model": "refit",
-            "rms": 2.0,
-            "over_floor": 2.22,
-            "predictable_share": 0.7,
-            "interval": [0.6, 0.8],
-            "predictors": [{"what": "a law of velocity", "share": 0.7, "interval": [0.6, 0.8]}],
-        }
-    ],
-}
-
-
-def error(rmse):
-    return {
-        "rmse": rmse,
-        "nrmse_percent": 10.0 * rmse,
-        "max": 2.0,
-        "energy": 1.0,
-        "rmse_interval": [0.9, 1.1],
-    }
-
-
 def test_the_page_gives_verdict_errors_and_parameters_with_units(tmp_path):
     (tmp_path / "axis_sealed.png").write_bytes(b"picture")
-    fitted = {"nominal": None, "refitted": None, "deviation_refitted": None}
-    fitted |= {"with_effect": 20.5, "deviation": 0.12, "at_bound": False}
-    report = {
-        "name": "a <case>",
-        "verdict": "traced",
-        "sentence": "Traced: axis.friction: coulomb.",
-        "effects": [
-            {"fmu": "axis", "slot": "friction", "effect": "coulomb", "parameters": {"level": 20.5}} | STATUS
-        ],
-        "subsystem": "axis",
-        "nominal": {"axis.force": error(4.0)},
-        "before": {"axis.force": error(2.0)},
-        "after": {"axis.force": error(1.0)},
-        "explained_share": 0.75,
-        "undistinguished": [{"family": ["coulomb", "dahl"], "experiment": "Record slowly."}],
-        "runners_up": [{"round": 1, "effect": "axis.friction: dahl", "gain": 0.5, "why": "explains less"}],
-        "parameters": {"axis.friction_coulomb_level": fitted},
-        "residual": {"axis": {"exact": True}},
-        "channels": {"axis.force": CHANNEL},
-        "files": ["report.json"],
-    }
-    units = {"axis.force": "N", "axis.friction_coulomb_level": "N"}
-
-    text = page(report, [Panel("axis", tmp_path / "axis_sealed.png", "Below it.")], units)
+    text = page(made_up_report(), [Panel("axis", tmp_path / "axis_sealed.png", "Below it.")], UNITS)
 
     assert "a &lt;case&gt;" in text
     assert text.index("Traced: axis.friction: coulomb.") < text.index("<table>")
