@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
+from fmu_sources.composed.names import base_of
 from fmu_sources.composed.registry import load, model_files
 from fmu_sources.export import build
 from fmu_sources.framework.variables import Role
@@ -27,6 +28,11 @@ def compensation_methods() -> list[str]:
 def parameters(model: str) -> dict[str, float]:
     """Return the parameters of a model of the project with their start values."""
     return {v.name: float(v.start) for v in load(model).group(Role.PARAMETER)}
+
+
+def base_model(source: str) -> str:
+    """Return the name of a source's model without effects; a path as it is."""
+    return source if is_path(source) else base_of(source)
 
 
 def is_path(source: str) -> bool:

@@ -22,7 +22,7 @@ from __future__ import annotations
 from typing import Any
 
 from ..framework.arithmetic import Arithmetic
-from ..framework.model import Model, SlotFunction, Values, no_effect
+from ..framework.model import Linear, Model, SlotFunction, Values, no_effect
 from ..framework.variables import declare, parameter, sampled, state, vector
 from .plant import LEAD, four_poles, inverse, lead_memory, lead_start, led_force, motion
 from .plugs import TERMINALS
@@ -46,6 +46,7 @@ class Amb(Model):
         vector(sampled(state("theta", "1", "Change of theta_i in terms of d_i"), hidden=True), 4),
     )
     terminals = TERMINALS
+    linear = (Linear("rate", 0.0, "adaptation is not linear: the inverse stays as believed"),)
     sample_time = "sample_time"
 
     def initial(self, x: Any, u: Any, p: Any, m: Arithmetic) -> Values:

@@ -23,7 +23,7 @@ from __future__ import annotations
 from typing import Any
 
 from ..framework.arithmetic import Arithmetic
-from ..framework.model import Model, SlotFunction, Values, no_effect
+from ..framework.model import Linear, Model, SlotFunction, Values, no_effect
 from ..framework.variables import declare, parameter, sampled, state, vector
 from .plant import LEAD, four_poles, inverse, lead_memory, lead_start, led_force, motion
 from .plugs import TERMINALS
@@ -51,6 +51,7 @@ class Ats(Model):
         vector(sampled(state("right", "m2", "Right side of the normal equations"), hidden=True), 3),
     )
     terminals = TERMINALS
+    linear = (Linear("bound", 0.0, "adaptation is not linear: the inverse stays as believed"),)
     sample_time = "sample_time"
 
     def initial(self, x: Any, u: Any, p: Any, m: Arithmetic) -> Values:

@@ -21,11 +21,13 @@ from __future__ import annotations
 from typing import Any
 
 from ..framework.arithmetic import Arithmetic
-from ..framework.model import Model, SlotFunction, Values, no_effect
+from ..framework.model import Linear, Model, SlotFunction, Values, no_effect
 from ..framework.variables import declare, parameter, sampled, state, switch, vector
 from .plant import LEAD, command, four_poles, inverse, lead_memory, lead_start, led_force, motion
 from .plugs import TERMINALS
 
+NOTHING_LEARNED = 1e12
+"""Memory [s] that no run fills."""
 PRIOR = 1e-9
 """Weight of the believed contact: a mean square of s [m2]."""
 
@@ -50,6 +52,9 @@ class Qi(Model):
         vector(sampled(state("right", "N m", "Right side of the normal equations"), hidden=True), 2),
     )
     terminals = TERMINALS
+    linear = (
+        Linear("memory", NOTHING_LEARNED, "identification is not linear: the contact stays as believed"),
+    )
     sample_time = "sample_time"
 
     def initial(self, x: Any, u: Any, p: Any, m: Arithmetic) -> Values:

@@ -50,7 +50,7 @@ from typing import Any, NamedTuple
 from ..compensator.difference import process_parameters
 from ..docking_contact.equations import PARAMETERS as CONTACT_PARAMETERS
 from ..framework.arithmetic import Arithmetic
-from ..framework.model import Model, SlotFunction, Values, no_effect
+from ..framework.model import Linear, Model, SlotFunction, Values, no_effect
 from ..framework.variables import Variable, declare, parameter, sampled, state, switch, vector
 from .plant import M_S, PLANT, T_F_HAT, four_poles, inverse
 from .plugs import INPUTS, OUTPUTS, SAMPLE_TIME, TERMINALS
@@ -184,6 +184,9 @@ PARAMETERS = declare(
         above=0.0,
     ),
     switch(
+        "adapts", True, "The models correct themselves; else all is as believed and the residual counts whole"
+    ),
+    switch(
         "half_first_force",
         False,
         "True where the spacecraft is semi_implicit: the first impulse is halved here",
@@ -315,6 +318,7 @@ class Robust(Model):
     description = "Compensation by models of contact and plant that correct themselves"
     variables = declare(PARAMETERS, INPUTS, OUTPUTS, MEMORY)
     terminals = TERMINALS
+    linear = (Linear("adapts", "false", "adaptation is not linear: contact and plant stay as believed"),)
     sample_time = "sample_time"
 
     def initial(self, x: Any, u: Any, p: Any, m: Arithmetic) -> Values:
@@ -357,7 +361,8 @@ class Robust(Model):
         der_y_l = (y_l - x.y_l_1) / T
         der_y_d = (y_d - x.y_d_1) / T
         residual = f_l + (1.0 + kappa) * y_l + (eps - kappa * known.t_s) * der_y_l
-        bands, r = _without_noise(x, residual, noise, slow["explained"], p, m)
+        bands, less_noise = _without_noise(x, residual, noise, slow["explained"], p, m)
+        r = m.where(p.adapts, less_noise, residual)
         undone, f_e = _undone(x, eps - x.adopted, der_y_l, kappa, known, p)
         damping = (1.0 - known.latency_share) * eps - kappa * known.t_s
         is_halved = m.both(p.half_first_force, x.has_started == 0.0)
@@ -423,7 +428,7 @@ def _latency(x: Any, f: Any, y_a: Any, noise: Any, known: Prior, p: Any, m: Arit
     fits = unexplained < p.fit_limit * explained + NOISE_IN_FIT * noise
     needed = p.significance * m.where(x.is_adopted > 0.5, 0.5, 1.0)
     is_significant = new.second * new.second > needed * needed * new.P_22
-    adopts = m.both(m.both(cycles > p.wait_cycles, fits), is_significant)
+    adopts = m.both(p.adapts, m.both(m.both(cycles > p.wait_cycles, fits), is_significant))
     rate = m.where(adopts, w / ADOPTION_CYCLES, w / RELEASE_CYCLES)
     adopted = x.adopted + rate * (m.where(adopts, new.second, 0.0) - x.adopted)
     memory = {
@@ -452,7 +457,7 @@ def _stiffness(
     S = h * P * h + R
     innovation = z - h * x.kappa
     kappa = x.kappa + P * h / S * innovation
-    kappa = _larger(_smaller(kappa, LARGEST_STIFFNESS, m), LEAST_STIFFNESS, m)
+    kappa = m.where(p.adapts, _larger(_smaller(kappa, LARGEST_STIFFNESS, m), LEAST_STIFFNESS, m), 0.0)
     size = x.innovation + T / INNOVATION_TIME * (innovation * innovation / S - x.innovation)
     memory = {
         **{"F_fast": (F, der_F), "A_fast": (A, der_A), "kappa": kappa},
@@ -533,7 +538,8 @@ def _command(x: Any, u: Any, a: Any, known: Prior, p: Any, m: Arithmetic) -> Val
     return {
         **{"s_cmd": s_cmd, "s_des_1": u.s_des, "a_1": a, "S_cmd": S_cmd, "S_act": S_act},
         **{"S_1": S, "S_2": x.S_1, "S_3": x.S_2},
-        **{"g": new.first, "h": new.second, "P_gg": new.P_11, "P_gh": new.P_12, "P_hh": new.P_22},
+        **{"g": m.where(p.adapts, new.first, 0.0), "h": m.where(p.adapts, new.second, 0.0)},
+        **{"P_gg": new.P_11, "P_gh": new.P_12, "P_hh": new.P_22},
     }
 
 

@@ -20,7 +20,7 @@ from __future__ import annotations
 from typing import Any
 
 from ..framework.arithmetic import Arithmetic
-from ..framework.model import Model, SlotFunction, Values, no_effect
+from ..framework.model import Linear, Model, SlotFunction, Values, no_effect
 from ..framework.variables import declare, parameter, sampled, state
 from .plant import LEAD, command, inverse, lead_memory, lead_start, led_force, motion
 from .plugs import TERMINALS
@@ -41,6 +41,7 @@ class Tdpa(Model):
         sampled(state("last_s_act", "m", "Actual displacement, k-1"), hidden=True),
     )
     terminals = TERMINALS
+    linear = (Linear("largest_damping", 0.0, "the damper acts only where energy was generated"),)
     sample_time = "sample_time"
 
     def initial(self, x: Any, u: Any, p: Any, m: Arithmetic) -> Values:

@@ -106,7 +106,7 @@ class Guard(Model):
     name = "guard"
     description = "Guard of the rig: kinetic-energy budget and limits, and a command that holds"
     variables = declare(PARAMETERS, INPUTS, STATES)
-    linear = (Linear("active", 0.0, "an alarm changes force and command at once and for good"),)
+    linear = (Linear("active", "false", "an alarm changes force and command at once and for good"),)
     terminals = (
         Terminal(
             "spacecraft",

@@ -14,6 +14,7 @@ COMMANDS = {
     "explain": "explain",
     "show": "show",
     "analyse": "analyse",
+    "preflight": "preflight",
     "linearise": "linearise",
     "design-dpdc": "design_dpdc",
     "compare-methods": "compare_methods",
@@ -31,7 +32,7 @@ COMMANDS = {
 }
 GROUPS = {
     "run and look": ("run", "compare", "rerun", "examples"),
-    "understand a system": ("check", "explain", "show", "analyse", "inspect"),
+    "understand a system": ("check", "explain", "show", "analyse", "preflight", "inspect"),
     "measured data": ("case", "diagnose", "replay"),
     "compensation": ("design-dpdc", "compare-methods", "reproduce"),
     "make and exchange": ("new", "build", "export-ssp", "linearise", "schema"),

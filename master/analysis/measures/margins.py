@@ -16,6 +16,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,7 +41,8 @@ class Margin:
     """
     Margins of one connection of a stable system; None: nothing of this kind makes it unstable.
 
-    `delay` [s] and the frequency [Hz] at which it starts to oscillate; gains as factors.
+    `delay` [s] and the frequency [Hz] at which it starts to oscillate; gains as factors. `advance` [s]: by
+    how much the connection may come earlier.
     """
 
     source: str
@@ -49,6 +51,7 @@ class Margin:
     frequency: float | None
     gain_up: float | None
     gain_down: float | None
+    advance: float | None = None
 
 
 def margins(coupled: LinearSystem) -> list[Margin]:
@@ -63,16 +66,18 @@ def margin(coupled: LinearSystem, wire: Wire) -> Margin:
     opened = coupled.opened(wire, cut=True)
     angles = _angles(opened)
     response = transfer(opened, np.exp(1j * angles))
-    delay, angle = _delay(opened, angles, response)
+    crossings = _unit_gains(opened, angles, response)
+    delay = min(crossings, key=lambda one: one.delay, default=None)
     gains = _gains(opened, angles, response)
     step = coupled.step_size
     return Margin(
         wire.source.name,
         wire.target.name,
-        None if delay is None else delay * step,
-        None if angle is None else angle / (2.0 * math.pi * step),
+        None if delay is None else delay.delay * step,
+        None if delay is None else delay.angle / (2.0 * math.pi * step),
         min((g for g in gains if g > 1.0), default=None),
         max((g for g in gains if 0.0 < g < 1.0), default=None),
+        min((one.advance * step for one in crossings), default=None),
     )
 
 
@@ -95,14 +100,25 @@ def _angles(opened: OpenedLoop) -> Floats:
     return np.unique(angles[(angles >= _LOWEST) & (angles <= math.pi)])
 
 
-def _delay(opened: OpenedLoop, angles: Floats, response: Complexes) -> tuple[float | None, float | None]:
-    """Least delay in steps, and its angle."""
+class _Crossing(NamedTuple):
+    """Where |L| = 1: angle of a step, and how much later or earlier [steps] makes L = 1 there."""
+
+    angle: float
+    delay: float
+    advance: float
+
+
+def _unit_gains(opened: OpenedLoop, angles: Floats, response: Complexes) -> list[_Crossing]:
+    """Find all places where the loop has the gain 1."""
 
     def excess(angle: float) -> float:
         return math.log(max(abs(_at(opened, angle)), 1e-300))
 
-    found = [(_phase(_at(opened, a)) / a, a) for a in _roots(excess, angles, np.abs(response) - 1.0)]
-    return min(found, default=(None, None))
+    found = []
+    for angle in _roots(excess, angles, np.abs(response) - 1.0):
+        phase = _phase(_at(opened, angle))
+        found.append(_Crossing(angle, phase / angle, (2.0 * math.pi - phase) / angle))
+    return found
 
 
 def _phase(value: complex) -> float:
