@@ -221,6 +221,9 @@ class BlockSlave:
         self._values = {v.name: float(v.start or 0.0) for v in self._block.variables}
         self._state = copy.deepcopy(self._block.state)
 
+    def renew(self, *, failed: bool = False) -> None:
+        self.reset()
+
     def enter_initialisation(
         self, start: Mapping[str, float | str], t0: float, stop: float | None = None
     ) -> None:

@@ -21,6 +21,7 @@ from fmu_sources.export.places import (
 from .errors import ConfigError, Problem, closest, readable
 
 __all__ = [
+    "CAMPAIGN",
     "CONFIG_FOLDER",
     "EXTRAS",
     "IS_CHECKOUT",
@@ -97,7 +98,8 @@ NOTEBOOK = Extra(
     "notebook", ("pandas", "xarray"), "results as a DataFrame or a Dataset: to_pandas, to_xarray"
 )
 DATA = Extra("data", ("asammdf", "h5py", "nptdms", "rosbags"), "recordings in MDF, HDF5, TDMS and ROS bags")
-EXTRAS = (NATIVE, NOTEBOOK, DATA)
+CAMPAIGN = Extra("campaign", ("dask", "distributed"), "campaigns on a cluster: dockloop sweep --scheduler")
+EXTRAS = (NATIVE, NOTEBOOK, DATA, CAMPAIGN)
 
 
 def is_installed(module: str) -> bool:

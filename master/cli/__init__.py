@@ -9,6 +9,7 @@ import click
 COMMANDS = {
     "run": "run",
     "rerun": "rerun",
+    "sweep": "sweep",
     "compare": "compare",
     "check": "check",
     "explain": "explain",
@@ -31,7 +32,7 @@ COMMANDS = {
     "doctor": "doctor",
 }
 GROUPS = {
-    "run and look": ("run", "compare", "rerun", "examples"),
+    "run and look": ("run", "compare", "rerun", "sweep", "examples"),
     "understand a system": ("check", "explain", "show", "analyse", "preflight", "inspect"),
     "measured data": ("case", "diagnose", "replay"),
     "compensation": ("design-dpdc", "compare-methods", "reproduce"),

@@ -1,4 +1,4 @@
-"""`dockloop schema`: JSON Schemas of systems and cases, for editors."""
+"""`dockloop schema`: JSON Schemas of systems, cases and campaigns, for editors."""
 
 from __future__ import annotations
 
@@ -8,15 +8,18 @@ from .common import answers_errors, print_json
 
 
 @click.command()
-@click.argument("kind", type=click.Choice(["system", "case"]), default="system")
+@click.argument("kind", type=click.Choice(["system", "case", "campaign"]), default="system")
 @answers_errors
 def schema(kind: str) -> None:
-    """Print the JSON Schema of a system or a case."""
+    """Print the JSON Schema of a system, a case or a campaign."""
+    from master.campaign.campaign import Campaign
     from master.diagnosis.case.case import Case
     from master.system.config import Config
     from master.text.schema import json_schema
 
     if kind == "system":
         print_json(json_schema(Config, "A system for dockloop"))
+    elif kind == "campaign":
+        print_json(json_schema(Campaign, "A campaign for dockloop sweep"))
     else:
         print_json(json_schema(Case, "A case for dockloop diagnose"))

@@ -93,7 +93,7 @@ def system(base: Base, cell: Cell, method: Method, seed: int) -> dict[str, Any]:
     made = copy.deepcopy(base.document)
     made.pop("variants", None)
     fmus = made["fmus"]
-    _put_method(made, base, cell, method)
+    put_method(made, base, cell, method)
     for instance, source in cell.laws.items():
         if instance not in fmus:
             raise ConfigError(
@@ -124,7 +124,8 @@ def _parameters(entry: dict[str, Any]) -> dict[str, Any]:
     return found
 
 
-def _put_method(made: dict[str, Any], base: Base, cell: Cell, method: Method) -> None:
+def put_method(made: dict[str, Any], base: Base, cell: Cell, method: Method) -> None:
+    """Let a method take the place of the compensator in a document, told what the cell lets it believe."""
     own = _parameters(made["fmus"][base.compensator]) if method.model == PAPER else {}
     takes = method.takes()
     told = {n: v for n, v in {**base.beliefs(cell), **cell.told}.items() if n in takes}

@@ -68,11 +68,18 @@ def prepare(
         ConfigError: With every fault of the file and the request.
     """
     request = request or Request()
-    loaded = source if isinstance(source, LoadedConfig) else _load(configuration(source), request)
+    loaded = source if isinstance(source, LoadedConfig) else read_system(source, request)
     return _Preparation(loaded, request, progress, given or {}).experiment()
 
 
-def _load(path: Path, request: Request) -> LoadedConfig:
+def read_system(source: Path, request: Request) -> LoadedConfig:
+    """
+    Read a YAML file, an SSP archive or a configuration that is shipped.
+
+    Raises:
+        ConfigError: If too little is right to check the rest; other faults are in its `problems`.
+    """
+    path = configuration(source)
     if path.suffix.lower() not in SUFFIXES:
         return read_config(path)
     from master.ssp.reader import read_ssp

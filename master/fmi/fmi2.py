@@ -58,8 +58,11 @@ class Fmi2Slave(FmuSlave):
             modelIdentifier=self.description.model_identifier,
         )
         self._callbacks = self._make_callbacks()
-        fmu.instantiate(callbacks=self._callbacks, loggingOn=True)
+        self._create(fmu)
         return fmu
+
+    def _create(self, fmu: Any) -> None:
+        fmu.instantiate(callbacks=self._callbacks, loggingOn=True)
 
     def _free(self) -> None:
         super()._free()

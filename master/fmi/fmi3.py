@@ -113,15 +113,19 @@ class Fmi3Slave(FmuSlave):
     def _instantiate(self) -> Any:
         from fmpy.fmi3 import FMU3Slave
 
-        self._started: dict[int, list[float | str | None]] = {}
-        self._is_readable = False
-        self._events: EventMode | None = None
         fmu = FMU3Slave(
             instanceName=self.name,
             guid=self.description.token,
             unzipDirectory=self._folder,
             modelIdentifier=self.description.model_identifier,
         )
+        self._create(fmu)
+        return fmu
+
+    def _create(self, fmu: Any) -> None:
+        self._started: dict[int, list[float | str | None]] = {}
+        self._is_readable = False
+        self._events: EventMode | None = None
         try:
             fmu.instantiate(loggingOn=True, logMessage=self._log)
         except Exception:  # FMPy raises bare exceptions
@@ -131,7 +135,6 @@ class Fmi3Slave(FmuSlave):
             self._refuse_ticked_clocks()
             fmu.instantiate(loggingOn=True, logMessage=self._log, eventModeUsed=True, earlyReturnAllowed=True)
             self._events = EventMode(fmu)
-        return fmu
 
     def _refuse_ticked_clocks(self) -> None:
         if self.description.ticked_clocks:

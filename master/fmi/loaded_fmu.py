@@ -39,15 +39,24 @@ class FmuSlave:
             self._fmu: Any = self._instantiate()
         except Exception as error:  # FMPy and the loader raise bare exceptions
             unpacked.release(self._folder)
-            answer = f"cannot be loaded: {error}"
-            if _has_no_instance(error):
-                answer = f"{self._full_name(instantiate)} returned no instance"
-            raise FmuError(name, self._explained(answer), time=position.current().time()) from None
+            raise self._not_instantiated(error) from None
         finally:
             self._leave()
         _raise_for_negative_statuses(self._fmu)
 
+    def _not_instantiated(self, error: Exception) -> FmuError:
+        answer = f"cannot be loaded: {error}"
+        if _has_no_instance(error):
+            function = "instantiate" if self.description.version == 2 else "instantiateCoSimulation"
+            answer = f"{self._full_name(function)} returned no instance"
+        return FmuError(self.name, self._explained(answer), time=position.current().time())
+
     def _instantiate(self) -> Any:
+        """Load the library and make an instance; return FMPy's object."""
+        raise NotImplementedError
+
+    def _create(self, fmu: Any) -> None:
+        """Make an instance of the loaded library."""
         raise NotImplementedError
 
     def _setter(self, variable: Variable) -> Callable[..., Any]:
@@ -91,6 +100,33 @@ class FmuSlave:
         messages.current().forget(self.name)
         self._is_initialised = False
         self._call(self._fmu.reset)
+
+    def renew(self, *, failed: bool = False) -> None:
+        """
+        Become a new instance of the library, which stays loaded; after a fatal status nothing can be.
+
+        An FMU of which a process may have one instance alone is reset.
+
+        Raises:
+            FmuError: If the FMU refuses.
+        """
+        if self.description.once_per_process:
+            self.reset()
+            return
+        if self._is_initialised and not failed:
+            self._end("terminate", self._fmu.terminate)
+        free = getattr(self._fmu, f"fmi{self.description.version}FreeInstance")
+        self._end("freeInstance", lambda: free(self._fmu.component))
+        messages.current().forget(self.name)
+        self._ends_with_error = False
+        self._is_initialised = False
+        self._enter("instantiate" if self.description.version == 2 else "instantiateCoSimulation")
+        try:
+            self._create(self._fmu)
+        except Exception as error:  # FMPy raises bare exceptions
+            raise self._not_instantiated(error) from None
+        finally:
+            self._leave()
 
     def exit_initialisation(self) -> None:
         self._call(self._fmu.exitInitializationMode)

@@ -52,6 +52,10 @@ class Slave(Protocol):
         """Go back to the state after instantiation, whatever happened since."""
         ...
 
+    def renew(self, *, failed: bool = False) -> None:
+        """Become a new instance, or reset where the FMU allows one alone; `failed`: do not terminate."""
+        ...
+
     def set(self, variables: Sequence[Variable], values: Sequence[float]) -> None:
         """Set variables."""
         ...

@@ -108,6 +108,11 @@ class Child:
         status = self._status or 0
         return os.WEXITSTATUS(status) if os.WIFEXITED(status) else 1
 
+    def ended_by(self) -> int | None:
+        """Return the number of the signal that ended it, None without one."""
+        status = self._status or 0
+        return os.WTERMSIG(status) if os.WIFSIGNALED(status) else None
+
     def ending(self) -> str:
         """Say how it ended, and in which call of an FMU."""
         call = self.position.call()

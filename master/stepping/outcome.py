@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from master.errors import FmuError
@@ -47,6 +47,10 @@ class RunOptions:
     recorder: Rows | None = None
     log: MessageLog | None = None
     inputs: MeasuredInputs = field(default_factory=MeasuredInputs)
+
+    def with_recorder(self, recorder: Rows) -> RunOptions:
+        """Return the same with a place for the rows."""
+        return replace(self, recorder=recorder)
 
 
 @dataclass(frozen=True)

@@ -110,7 +110,7 @@ def running(
             outcome.messages = log.summary()
             if outcome.error is not None:
                 failed[outcome.error.instance] = outcome.error.status
-            _free_states(program, slaves, failed)
+            free_states(program, slaves, failed)
             yield outcome, slaves
         except FmuError as error:
             failed[error.instance] = error.status
@@ -122,7 +122,7 @@ def running(
                 outcome.messages = log.summary()
 
 
-def _free_states(program: Program, slaves: Mapping[str, Slave], failed: dict[str, str]) -> None:
+def free_states(program: Program, slaves: Mapping[str, Slave], failed: dict[str, str]) -> None:
     """Free the saved states of iterated groups; an FMU that refuses is noted."""
     states = program.memory.states
     for i, name in enumerate(program.names):

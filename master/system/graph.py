@@ -266,6 +266,30 @@ class _Joined:
         return None
 
 
+def with_values(system: System, values: Mapping[str, Setting]) -> System:
+    """
+    Set values over those of a system, as an override does; they must not change its structure.
+
+    Raises:
+        ConfigError: With every value that there is no variable for, or that it does not take.
+    """
+    joined = _Joined(
+        instances=dict(system.instances),
+        connectors=system.connectors,
+        inlets=list(system.inlets),
+        outlets=list(system.outlets),
+        connected={w.target.name for w in system.wires},
+        unread=system.unread,
+        given=dict(system.given),
+        held=dict(system.held),
+    )
+    faults = {signal: joined.set(signal, value) for signal, value in values.items()}
+    problems = [Problem.of_line(fault).at(signal) for signal, fault in faults.items() if fault is not None]
+    if problems:
+        raise ConfigError(problems)
+    return joined.system(system.wires)
+
+
 def handed(wire: Wire, value: float | str) -> float | str:
     """Convert a value of the system's input for what a wire leads it to; a text and a plain integer stay."""
     is_kept = isinstance(value, str) or wire.conversion.is_identity

@@ -19,10 +19,25 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from master.installation import cache_folder
+import numpy as np
 
-from .interpreter import Execution, execute, is_plain
-from .program import Memory
+from master.installation import cache_folder
+from master.process import position
+from master.system.channel import Channel
+
+from .interpreter import Execution, execute, finite_only, is_plain
+from .program import (
+    BLOCK_WIDTH,
+    CONVERSION_WIDTH,
+    COPY_WIDTH,
+    FEED_WIDTH,
+    LOOP_WIDTH,
+    MAP_WIDTH,
+    OPERATION_WIDTH,
+    RESIDUAL_WIDTH,
+    SLAVE_WIDTH,
+    Memory,
+)
 
 PACKAGE = Path(__file__).parents[2]
 SOURCES = (
@@ -70,6 +85,36 @@ def compiled() -> Execute:
         return result
 
     return run
+
+
+def load_plain() -> None:
+    """Load the code for plain programs, so that processes forked from this one have it."""
+    tables = (
+        OPERATION_WIDTH, BLOCK_WIDTH, SLAVE_WIDTH, COPY_WIDTH, CONVERSION_WIDTH, MAP_WIDTH, FEED_WIDTH,
+    )  # fmt: skip
+    operations, blocks, slaves, copies, conversions, maps, feeds = (
+        np.zeros((0, width), dtype=np.int64) for width in tables
+    )
+    none = np.zeros(0)
+    memory = Memory(
+        operations=operations,
+        blocks=blocks,
+        slaves=slaves,
+        copies=copies,
+        conversions=conversions.astype(np.float64),
+        maps=maps.astype(np.float64),
+        feeds=feeds,
+        measured=np.zeros((0, 0)),
+        values=none,
+        rings=none.copy(),
+        states=np.zeros(0, dtype=np.int64),
+        loops=np.zeros((0, LOOP_WIDTH), dtype=np.int64),
+        residuals=np.zeros((0, RESIDUAL_WIDTH), dtype=np.int64),
+        tolerances=none.copy(),
+        channels=np.zeros((0, len(Channel))),
+        position=np.asarray(position.current().cells),
+    )
+    compiled()(memory, finite_only(np.zeros(0, dtype=np.int64)), 0.0, 1.0, 0, 0, np.zeros((0, 0)))
 
 
 def _dispatcher(digest: int) -> Any:

@@ -18,10 +18,11 @@ FILES = sorted(CONFIGS.rglob("*.yaml"))
 
 
 def kind_of(path):
-    return "case" if "measured" in path.parts else "system"
+    folders = {"measured": "case", "campaigns": "campaign"}
+    return next((kind for folder, kind in folders.items() if folder in path.parts), "system")
 
 
-@pytest.mark.parametrize("kind", ["system", "case"])
+@pytest.mark.parametrize("kind", ["system", "case", "campaign"])
 def test_the_shipped_schema_is_what_the_command_prints(kind):
     printed = CliRunner().invoke(main, ["schema", kind]).stdout
 

@@ -1,0 +1,1 @@
+"""Campaigns: many runs of one system with varied values, in one dataset."""

@@ -1,0 +1,165 @@
+"""The runs of a campaign in one process: FMUs stay loaded, a row of numbers comes out of each run."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
+
+from master.errors import ConfigError, FmuError, MasterError
+from master.experiment.experiment import Experiment
+from master.recording.recorder import Result
+from master.stepping.kept import KeptSystem
+from master.stepping.outcome import DIVERGED, FAILED, Outcome, RunOptions
+
+from .measures import Function, load_function, measured, metrics
+from .plan import Plan
+from .systems import Systems
+
+TIMED_OUT, CRASHED = "timed_out", "crashed"
+"""Statuses of runs that took their process along, next to those of `dockloop run`."""
+
+FAILURES = (FAILED, CRASHED, TIMED_OUT)
+
+
+@dataclass(frozen=True)
+class Row:
+    """
+    What is kept of one run.
+
+    `values` are those that varied, `numbers` metrics and measures (None where there is none), `signals` the
+    kept rows of signals, shape (rows,).
+    """
+
+    run: int
+    status: str
+    message: str = ""
+    wall: float = 0.0
+    stepping: float = 0.0
+    t_end: float | None = None
+    steps: int = 0
+    values: Mapping[str, Any] = field(default_factory=dict)
+    numbers: Mapping[str, float | None] = field(default_factory=dict)
+    signals: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
+
+    def number(self, name: str) -> float | None:
+        """Return a number by name; `diverged` is 1 or 0, and unknown of a run that failed."""
+        if name == DIVERGED:
+            return None if self.status in FAILURES else float(self.status == DIVERGED)
+        return self.numbers.get(name)
+
+
+class Stepper:
+    """
+    Makes runs one after the other.
+
+    `is_spent`: an FMU ended with a fatal status, and this process can make no more runs.
+    """
+
+    def __init__(self, plan: Plan) -> None:
+        threadpool_limits(1)  # as many processes as cores: more threads would only wait for each other
+        self.is_spent = False
+        self._plan = plan
+        self._systems = Systems(plan.varied)
+        self._kept: KeptSystem | None = None
+        self._kept_for: Experiment | None = None
+        self._functions = _functions(plan)
+
+    def row(self, run: int, more: Mapping[str, Any] | None = None) -> Row:
+        """
+        Make a run.
+
+        Args:
+            run: Its number in the sample.
+            more: Values over those of the sample.
+        """
+        began = time.perf_counter()
+        values = {**self._plan.values(run), **(more or {})}
+        try:
+            experiment = self._systems.experiment(values)
+            outcome = self._outcome(experiment)
+        except MasterError as error:  # of this run alone
+            text = "; ".join(error.problems) if isinstance(error, ConfigError) else str(error)
+            if isinstance(error, FmuError):
+                self.is_spent = self._kept is not None and self._kept.is_spent
+            return Row(run, FAILED, text, time.perf_counter() - began, values=values)
+        numbers, faults = self._numbers(experiment, outcome.result)
+        said = [outcome.cause, "" if outcome.error is None else str(outcome.error), *faults]
+        return Row(
+            run,
+            outcome.status,
+            "; ".join(filter(None, said)),
+            time.perf_counter() - began,
+            outcome.seconds,
+            experiment.grid.time(outcome.steps),
+            outcome.steps,
+            values,
+            numbers,
+            _kept(outcome.result, self._plan.signals),
+        )
+
+    def close(self) -> None:
+        """End the FMUs."""
+        if self._kept is not None and not self.is_spent:
+            self._kept.close()
+
+    def _outcome(self, experiment: Experiment) -> Outcome:
+        kept = self._kept
+        if kept is None or self._kept_for is None or not _is_alike(self._kept_for, experiment):
+            if kept is not None:
+                kept.close()
+            kept = KeptSystem(experiment.schedule)
+            self._kept = kept
+            self._kept_for = experiment
+        options = RunOptions(
+            limits=experiment.limits,
+            compared=experiment.compared,
+            scenario=experiment.scenario,
+            inputs=experiment.inputs,
+        )
+        outcome = kept.run(experiment.system, experiment.grid, options)
+        self.is_spent = kept.is_spent
+        return outcome
+
+    def _numbers(self, experiment: Experiment, result: Result) -> tuple[dict[str, float | None], list[str]]:
+        """Compute metrics and measures, and say which function of the user failed."""
+        plan = self._plan
+        found: dict[str, float | None] = {}
+        found |= metrics(result, experiment.compare, plan.metrics)
+        faults: list[str] = []
+        for name, measure in plan.measures.items():
+            try:
+                found[name] = measured(measure, result, self._functions.get(name))
+            except Exception as error:  # whatever the function of a user does
+                found[name] = None
+                faults.append(f"{name}: {type(error).__name__}: {error}")
+        return found, faults
+
+
+def _kept(result: Result, signals: Mapping[str, int]) -> dict[str, NDArray[np.float64]]:
+    """Return each n-th row of the signals that a run has: another method or model may have others."""
+    known = set(result.names)
+    return {name: result[name][::every].copy() for name, every in signals.items() if name in known}
+
+
+def _is_alike(one: Experiment, other: Experiment) -> bool:
+    """Whether two systems differ in values alone, so that the same FMUs and program serve both."""
+    if one.schedule is other.schedule and one.system.wires is other.system.wires:
+        return True
+    files = [
+        [(name, i.description.path, i.every) for name, i in e.system.instances.items()] for e in (one, other)
+    ]
+    return files[0] == files[1] and (one.schedule, one.system.wires) == (other.schedule, other.system.wires)
+
+
+def _functions(plan: Plan) -> dict[str, Function]:
+    return {
+        name: load_function(measure.function, plan.folder)
+        for name, measure in plan.measures.items()
+        if measure.function is not None
+    }
