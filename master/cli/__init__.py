@@ -22,6 +22,7 @@ COMMANDS = {
     "diagnose": "diagnose",
     "replay": "replay",
     "build": "build",
+    "export-fmu": "export_fmu",
     "export-ssp": "export_ssp",
     "examples": "examples",
     "inspect": "inspect",
@@ -34,7 +35,7 @@ GROUPS = {
     "understand a system": ("check", "explain", "show", "analyse", "inspect"),
     "measured data": ("case", "diagnose", "replay"),
     "compensation": ("design-dpdc", "compare-methods", "reproduce"),
-    "make and exchange": ("new", "build", "export-ssp", "linearise", "schema"),
+    "make and exchange": ("new", "build", "export-fmu", "export-ssp", "linearise", "schema"),
     "the machine": ("doctor",),
 }
 """Commands as `--help` lists them: by what a person wants to do."""
