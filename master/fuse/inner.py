@@ -18,6 +18,7 @@ from master.fmi.description import Description
 from master.text.archive import Archive, ArchiveError
 
 from .c_text import declared_names, joined, with_prefix, without_functions
+from .prepared import Row as MovedRow
 from .prepared import with_prepared
 
 _GENERATED = ("model_data.h", "model_variables.c", "model_equations.c")
@@ -173,6 +174,8 @@ def _inner_model(files: Mapping[str, str], identifier: str, prefix: str) -> Inne
         "    data->is_unchecked = 0;\n    model_prepare(data->values, data->prepared);\n",
     )
     changed["lifecycle.c"] = without_functions(files["lifecycle.c"], ["instantiation_problem"])
+    if equations.moved is not None:
+        changed["equations.c"] = _with_row_moved(files["equations.c"], equations.moved)
     changed["instance.c"] = without_functions(files["instance.c"], ["instance_create", "instance_free"])
     header = joined(changed[name] for name in _HEADERS)
     source = joined(changed[name] for name in _SOURCES)
@@ -232,3 +235,19 @@ def _own_functions(equations: str) -> str:
     return text.replace(
         "static inline void model_derivatives(", attribute + "static inline void model_derivatives("
     )
+
+
+def _with_row_moved(equations: str, row: MovedRow) -> str:
+    """Let an update move a row of states in their place."""
+    after = row.first + row.n
+    update = f"""\
+void apply_update(Data *data, double t) {{
+    double *x = data->values + FIRST_STATE;
+    double new_x[ROOM(N_STATES)];
+    model_update(t, x, data->values + FIRST_INPUT, data->values, new_x);
+    memmove(x + {row.first}, x + {row.first + row.shift}, {row.n} * sizeof *x);
+    memcpy(x, new_x, {row.first} * sizeof *x);
+    memcpy(x + {after}, new_x + {after}, (N_STATES - {after}) * sizeof *x);
+}}
+"""
+    return without_functions(equations, ["apply_update"]) + "\n" + update

@@ -5,6 +5,7 @@ Each rule gives the same bits as the equations as they are written:
 
 * an operation on parameters alone is computed once, and its result kept;
 * a chain of choices between states by conditions on parameters, as a delay line has, becomes an index;
+* a row of states of which each takes the value of its neighbour, as in a delay line, is moved at once;
 * in `c + f * sin(a)`, with c and f of parameters alone, the sine is not computed where f is zero and a is
   finite: whatever it is, the product is a zero, which changes no c but a negative zero.
 """
@@ -18,6 +19,7 @@ from dataclasses import dataclass, field
 
 STEPPED = ("model_update", "model_derivatives", "model_outputs", "model_faults")
 SHORTEST_CHAIN = 4
+SHORTEST_ROW = 16
 
 _FUNCTION = re.compile(r"^void (?P<name>model_\w+)\(.*?\) \{\n(?P<body>.*?)^\}\n", re.MULTILINE | re.DOTALL)
 _STATEMENT = re.compile(r"^    const double (a\d+) = (.*);$")
@@ -25,17 +27,32 @@ _OPERAND = re.compile(r"(?<!\w)(?:a\d+|[xutp]|seed)(?!\w)")
 _RESULT = re.compile(r"(?<!\w)a\d+(?!\w)")
 _CHOICE = re.compile(r"(a\d+) \? x\[(\d+)\] : (a\d+|[xu]\[\d+\])$")
 _WAVE = re.compile(r"(sin|cos)\((a\d+)\)$")
+_TAKEN = re.compile(r"^    new_x\[(\d+)\] = x\[(\d+)\];$")
 _PRODUCT = re.compile(r"(\S+) \* (\S+)$")
 _SUM = re.compile(r"(\S+) \+ (\S+)$")
 _OF_DATA = "    const double *prepared = ((const Data *)p)->prepared; /* p is the first member of the data */"
 
 
 @dataclass(frozen=True)
+class Row:
+    """`n` states from `first` on, each of which takes the value of the state `shift` places further."""
+
+    first: int
+    n: int
+    shift: int
+
+
+@dataclass(frozen=True)
 class Equations:
-    """A C file of equations with `model_prepare` at its end, and how many numbers that keeps."""
+    """
+    A C file of equations with `model_prepare` at its end.
+
+    `n_prepared` is how many numbers that keeps, `moved` a row of states that `model_update` leaves alone.
+    """
 
     text: str
     n_prepared: int
+    moved: Row | None
 
 
 def with_prepared(equations: str) -> Equations:
@@ -48,6 +65,7 @@ def with_prepared(equations: str) -> Equations:
     top = equations[: equations.index("void model_")]
     functions: list[str] = []
     n_prepared = 0
+    moved = None
     blocks: list[str] = []
     for found in _FUNCTION.finditer(equations):
         if found["name"] == "model_outputs_along":
@@ -55,7 +73,11 @@ def with_prepared(equations: str) -> Equations:
         if found["name"] not in STEPPED:
             functions.append(found[0])
             continue
-        split = _Split(found["body"].splitlines(), n_prepared)
+        lines = found["body"].splitlines()
+        if found["name"] == "model_update":
+            moved = _longest_row(lines)
+            lines = [line for line in lines if moved is None or not _is_moved(line, moved)]
+        split = _Split(lines, n_prepared)
         blocks += split.preparation()
         n_prepared = split.n_prepared
         functions.append(
@@ -63,7 +85,29 @@ def with_prepared(equations: str) -> Equations:
         )
     head = ["void model_prepare(const double *p, double *prepared) {", "    (void)p, (void)prepared;"]
     prepare = "\n".join([*head, *blocks, "}", ""])
-    return Equations(top + '#include "instance.h"\n\n' + "\n".join([*functions, prepare]), n_prepared)
+    return Equations(top + '#include "instance.h"\n\n' + "\n".join([*functions, prepare]), n_prepared, moved)
+
+
+def _longest_row(lines: Sequence[str]) -> Row | None:
+    """Find the longest row of states that take their neighbours' values; None if there is no long one."""
+    best: Row | None = None
+    row: Row | None = None
+    for line in lines:
+        taken = _TAKEN.match(line)
+        if taken is None or taken[1] == taken[2]:
+            row = None
+            continue
+        state, shift = int(taken[1]), int(taken[2]) - int(taken[1])
+        goes_on = row is not None and shift == row.shift and state == row.first + row.n
+        row = Row(row.first, row.n + 1, shift) if row is not None and goes_on else Row(state, 1, shift)
+        if row.n >= SHORTEST_ROW and (best is None or row.n > best.n):
+            best = row
+    return best
+
+
+def _is_moved(line: str, row: Row) -> bool:
+    taken = _TAKEN.match(line)
+    return taken is not None and row.first <= int(taken[1]) < row.first + row.n
 
 
 @dataclass

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 from master.system.graph import Wire
 
-from .layout import INPUT, Fused, Inner
+from .layout import INPUT, OUTPUT, PARAMETER, STATE, Fused, Inner
 from .program_c import carried, checked, number, quoted, read, written
 
 
@@ -51,7 +51,7 @@ class StartWriter:
         yield "void system_take_parameters(Memory *memory, const double *values) {"
         first = 0
         for inner in self.inners:
-            n = inner.model.first("INPUT")
+            n = inner.model.first(INPUT)
             own = f"memory->{inner.member}.now"
             yield f"    memcpy({own}.values, values + {first}, {n} * sizeof(double));"
             yield f"    {own}.is_unchecked = 1;"
@@ -59,38 +59,43 @@ class StartWriter:
         yield "}"
         yield ""
         yield "static void take_states(Memory *memory, const double *values) {"
-        yield from self._states("memory->{own}.now.values + {place}", "values + {reference}")
+        reference = sum(v.role in (PARAMETER, INPUT) for v in self.fused.variables)
+        for inner in self.inners:
+            place = inner.model.first(STATE)
+            n = inner.model.first(OUTPUT) - place
+            if n:
+                own = f"memory->{inner.member}.now.values + {place}"
+                yield f"    memcpy({own}, values + {reference}, {n} * sizeof(double));"
+            reference += n
         yield "}"
         yield ""
 
     def _publish(self) -> Iterator[str]:
+        """Only what a host may see: the cells of a delay line, for example, stay where they are."""
         yield "void system_publish(const Memory *memory, double *values) {"
-        yield from self._states("values + {reference}", "memory->{own}.now.values + {place}")
-        first = sum(v.role in ("PARAMETER", "INPUT", "STATE") for v in self.fused.variables)
-        for inner in self.inners:
-            place = inner.model.first("OUTPUT")
-            n = len(inner.model.rows) - place
-            if n:
-                own = f"memory->{inner.member}.now.values"
-                yield f"    memcpy(values + {first}, {own} + {place}, {n} * sizeof(double));"
-            first += n
-        for i, v in enumerate(self.fused.variables):
-            if v.is_received:
-                yield f"    values[{i}] = memory->{v.inner.member}.now.values[{v.place}];"
+        yield "    (void)memory, (void)values;"
+        first, n = 0, 0
+        shown = [i for i, v in enumerate(self.fused.variables) if v.role in (STATE, OUTPUT) and v.described]
+        for reference in shown:
+            if n and self._follow(first + n - 1, reference):
+                n += 1
+                continue
+            yield from self._shown(first, n)
+            first, n = reference, 1
+        yield from self._shown(first, n)
         yield "}"
         yield ""
 
-    def _states(self, target: str, source: str) -> Iterator[str]:
-        """Copy the states of each FMU, which are neighbours on both sides."""
-        reference = sum(v.role in ("PARAMETER", "INPUT") for v in self.fused.variables)
-        for inner in self.inners:
-            place = inner.model.first("STATE")
-            n = inner.model.first("OUTPUT") - place
-            names = {"own": inner.member, "place": place, "reference": reference}
-            if n:
-                to, start = target.format(**names), source.format(**names)
-                yield f"    memcpy({to}, {start}, {n} * sizeof(double));"
-            reference += n
+    def _follow(self, last: int, reference: int) -> bool:
+        """Whether two variables are neighbours in the fused FMU and in their own."""
+        one, other = self.fused.variables[last], self.fused.variables[reference]
+        return reference == last + 1 and one.inner is other.inner and other.place == one.place + 1
+
+    def _shown(self, first: int, n: int) -> Iterator[str]:
+        if n:
+            v = self.fused.variables[first]
+            own = f"memory->{v.inner.member}.now.values + {v.place}"
+            yield f"    memcpy(values + {first}, {own}, {n} * sizeof(double));"
 
     def _pull(self, inner: Inner) -> Iterator[str]:
         """Set the inputs of one FMU to its sources' present values; true if any of them moved."""
