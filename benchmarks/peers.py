@@ -28,8 +28,12 @@ class Master:
 
 FLOOR = "bare C loop"
 OURS = "dockloop"
+CALLS = "bare C loop over FMI calls"
+FUSED = "one FMU, dockloop export-fmu"
 MASTERS = (
     Master(FLOOR, "bare_c", 400_000),
+    Master(CALLS, "bare_fmi", 400_000),
+    Master(FUSED, "fused", 400_000),
     Master(OURS, "dockloop_master", 400_000),
     Master("FMPy container, recorded", "fmpy_container", 400_000, more=("1",)),
     Master("FMPy container, 1000 steps a call", "fmpy_container", 400_000, more=("1000",)),

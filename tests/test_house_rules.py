@@ -22,6 +22,7 @@ MEETING_PLACES = (
     "master/installation.py",  # where the shipped files are
     "master/diagnosis/",
     "master/fmi/unit_names.py",  # the one unit parser is that which writes the FMUs' units
+    "master/fuse/",  # compiles the sources inside FMUs with the wrapper that they were written with
 )
 
 Function = ast.FunctionDef | ast.AsyncFunctionDef

@@ -24,6 +24,7 @@ COMMANDS = {
     "diagnose": "diagnose",
     "replay": "replay",
     "build": "build",
+    "export-fmu": "export_fmu",
     "export-ssp": "export_ssp",
     "examples": "examples",
     "inspect": "inspect",
@@ -36,7 +37,7 @@ GROUPS = {
     "understand a system": ("check", "explain", "show", "analyse", "preflight", "inspect"),
     "measured data": ("case", "diagnose", "replay"),
     "compensation": ("design-dpdc", "compare-methods", "reproduce"),
-    "make and exchange": ("new", "build", "export-ssp", "linearise", "schema"),
+    "make and exchange": ("new", "build", "export-fmu", "export-ssp", "linearise", "schema"),
     "the machine": ("doctor",),
 }
 """Commands as `--help` lists them: by what a person wants to do."""

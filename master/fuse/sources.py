@@ -1,0 +1,202 @@
+"""All C files of a fused FMU: those of its inner FMUs, the schedule, and the wrapper of native FMUs."""
+
+from __future__ import annotations
+
+from importlib.resources import files
+
+from fmu_sources.export.native.codegen import fmi_headers, wrapper_sources
+
+from .c_text import without_functions
+from .layout import Fused, FusedVariable
+from .program_c import TickWriter, number, plan, quoted
+from .refusal import refuse_long_program
+from .start_c import StartWriter
+
+_NOT_OF_A_SYSTEM = (  # the parts of the wrapper that a system has in another form, or not at all
+    "derivative.c",
+    "equations.c",
+    "integrate.c",
+    "integrate.h",
+    "step.c",
+)
+_OF_A_MODEL = (
+    "has_fault",
+    "are_results_well",
+    "refuse_faults",
+    "check_faults",
+    "refuse_result",
+    "check_finite",
+)
+
+
+def sources(fused: Fused, token: str) -> dict[str, bytes]:
+    """
+    Generate all C files and headers.
+
+    Args:
+        fused: The system.
+        token: GUID (FMI 2.0) and instantiation token (FMI 3.0) that instantiation checks.
+
+    Raises:
+        ConfigError: If the program of a tick is too long.
+    """
+    texts = _wrapper() | _own()
+    for model in fused.models:
+        texts[f"{model.file}.h"] = model.header
+        texts[f"{model.file}.c"] = model.source
+    program = plan(fused)
+    refuse_long_program(program)
+    writer = TickWriter(fused, program)
+    texts["model_data.h"] = _sizes(fused, token)
+    texts["model_variables.c"] = _tables(fused)
+    texts["memory.h"] = _memory(fused, writer)
+    texts["system.c"] = _system(fused, writer)
+    content = {name: text.encode() for name, text in texts.items()} | fmi_headers()
+    return dict(sorted(content.items()))
+
+
+def _wrapper() -> dict[str, str]:
+    """The wrapper of a model, whose data hold the memory of a system too."""
+    texts = {n: c.decode() for n, c in wrapper_sources().items() if n not in _NOT_OF_A_SYSTEM}
+    instance = texts["instance.h"]
+    instance = _once(instance, '#include "text.h"\n', '#include "text.h"\n\n#include "memory.h"\n')
+    texts["instance.h"] = _once(instance, "} Data;", "    Memory memory;\n} Data;")
+    texts["rules.c"] = without_functions(texts["rules.c"], [*_OF_A_MODEL, "check_results"])
+    return texts
+
+
+def _once(text: str, old: str, new: str) -> str:
+    assert text.count(old) == 1, f"the wrapper has {old!r} not once"
+    return text.replace(old, new)
+
+
+def _own() -> dict[str, str]:
+    folder = files("master.fuse") / "c"
+    return {p.name: p.read_text(encoding="utf-8") for p in folder.iterdir() if p.name.endswith((".c", ".h"))}
+
+
+def _sizes(fused: Fused, token: str) -> str:
+    counts = {
+        "N_PARAMETERS": len(fused.of_role("PARAMETER")),
+        "N_INPUTS": len(fused.of_role("INPUT")),
+        "N_STATES": len(fused.of_role("STATE")),
+        "N_OUTPUTS": len(fused.of_role("OUTPUT")),
+        "N_FAULTS": 0,
+    }
+    lines = [
+        f"/* Generated from the system {_comment(fused.name)}; do not edit. */",
+        "",
+        "#ifndef MODEL_DATA_H",
+        "#define MODEL_DATA_H",
+        "",
+        f"#define MODEL_GUID {quoted(token)}",
+        f"#define STEP_SIZE {fused.grid.step_size!r} /* s */",
+        "",
+        "enum {",
+        ",\n".join(f"    {name} = {count}" for name, count in counts.items()),
+        "};",
+        "",
+        "#endif",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _tables(fused: Fused) -> str:
+    """Variables with the rules of their models, and the lists that belong to them."""
+    rules = [table for model in fused.models for table in model.tables]
+    readable = [_type(v) if not v.row.is_hidden else "TYPE_NONE" for v in fused.variables]
+    inputs = [_type(v) if v.role == "INPUT" else "TYPE_NONE" for v in fused.variables]
+    lines = [
+        f"/* Generated from the declarations in the FMUs of {_comment(fused.name)}; do not edit. */",
+        "",
+        "#include <stddef.h>",
+        "",
+        '#include "model.h"',
+        "",
+        *rules,
+        "",
+        "const Variable model_variables[] = {",
+        *map(_row, fused.variables),
+        "};",
+        "",
+        f"const unsigned char model_readable[] = {{{', '.join(readable)}}};",
+        f"const unsigned char model_inputs[] = {{{', '.join(inputs)}}};",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _type(v: FusedVariable) -> str:
+    return f"TYPE_{v.row.type}"
+
+
+def _row(v: FusedVariable) -> str:
+    row = v.row
+    fields = (
+        quoted(v.name),
+        f'"{row.unit}"',
+        f"ROLE_{v.role}",
+        _type(v),
+        str(row.is_fixed).lower(),
+        str(row.is_hidden).lower(),
+        number(v.start),
+        row.rules if row.rules == "NULL" else v.inner.model.prefix + row.rules,
+        str(row.n_rules),
+    )
+    return f"    {{{', '.join(fields)}}},"
+
+
+def _memory(fused: Fused, writer: TickWriter) -> str:
+    """Type of all that a system holds; copied as bytes by whoever saves its state."""
+    memory = writer.program.memory
+    inners = fused.inners.values()
+    lines = [
+        f"/* Generated from the system {_comment(fused.name)}; do not edit. */",
+        "",
+        "#ifndef MEMORY_H",
+        "#define MEMORY_H",
+        "",
+        "#include <stdint.h>",
+        "",
+        *(f'#include "{model.file}.h"' for model in fused.models),
+        "",
+        "typedef struct {",
+        *(f"    {i.model.prefix}Instance {i.member}; /* {_comment(i.name)} */" for i in inners),
+        *(f"    {i.model.prefix}Data saved_{i.member};" for i in writer.saved),
+        f"    double values[{max(memory.values.size, 1)}];",
+        f"    double rings[{max(memory.rings.size, 1)}]; /* older values */",
+        f"    int passes[{max(len(memory.loops), 1)}]; /* over iterated groups, in this tick */",
+        "    uint64_t tick;",
+        "    double t0; /* s */",
+        "    Text message; /* what an inner FMU said is wrong */",
+        "    bool has_failed;",
+        "} Memory;",
+        "",
+        "#endif",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _system(fused: Fused, writer: TickWriter) -> str:
+    """Write `system.c`."""
+    lines = [
+        f"/* Generated from the system {_comment(fused.name)}; do not edit. */",
+        "",
+        '#include "schedule.h"',
+        "",
+    ]
+    for model in fused.models:
+        own = f"{model.prefix}Instance"
+        lines += [
+            f"static void {model.prefix}say(const {own} *inner, const char *text) {{",
+            "    say(inner->environment, inner->name, text);",
+            "}",
+            "",
+        ]
+    lines += [*writer.first_values(), ""]
+    lines += [*StartWriter(fused).lines(), ""]
+    lines += [*writer.steps(), *writer.tick()]
+    return "\n".join(lines) + "\n"
+
+
+def _comment(text: str) -> str:
+    return text.replace("*/", "* /").replace("\n", " ")

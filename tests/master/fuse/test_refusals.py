@@ -1,0 +1,77 @@
+"""What a system as one FMU cannot do is refused by name, with exit status 2, and nothing is written."""
+
+from __future__ import annotations
+
+import json
+import zipfile
+
+import pytest
+import yaml
+from click.testing import CliRunner
+
+from fmu_sources.export import build
+from master.cli import main
+from tests.master.fuse.systems import MEMBERS, loop
+
+
+def refused(folder, data) -> list[str]:
+    path = folder / "system.yaml"
+    path.write_text(yaml.safe_dump(data), encoding="utf-8")
+    done = CliRunner().invoke(main, ["export-fmu", str(path), "--output", str(folder / "loop.fmu"), "--json"])
+
+    assert done.exit_code == 2, done.output
+    assert not (folder / "loop.fmu").exists()
+    return json.loads(done.stdout)["problems"]
+
+
+def test_events_are_refused(tmp_path):
+    data = loop(MEMBERS) | {"events": [{"at": 0.1, "set": {"spacecraft.m_s": 700}}]}
+
+    [problem] = refused(tmp_path, data)
+    assert problem.startswith("events: a system as one FMU has no events")
+
+
+def test_connectors_of_the_system_are_refused(tmp_path):
+    data = loop(MEMBERS, free={"source": "spacecraft"})
+    data["coupling"]["order"] = [*MEMBERS, "free"]
+    data["connectors"] = {"whole.u": {"kind": "input", "type": "real"}}
+    data["connections"].append({"from": "whole.u", "to": "free.f"})
+
+    [problem] = refused(tmp_path, data)
+    assert problem.startswith("connectors: ")
+    assert "'whole'" in problem
+
+
+@pytest.mark.slow
+def test_an_fmu_without_the_sources_of_this_project_is_refused_by_its_name(tmp_path):
+    source = build.target("spacecraft").path
+    changed = tmp_path / "changed.fmu"
+    with zipfile.ZipFile(source) as archive, zipfile.ZipFile(changed, "w") as copy:
+        for name in archive.namelist():
+            content = archive.read(name)
+            copy.writestr(name, content + b"\n" if name == "sources/step.c" else content)
+    bare = tmp_path / "bare.fmu"
+    with zipfile.ZipFile(source) as archive, zipfile.ZipFile(bare, "w") as copy:
+        for name in archive.namelist():
+            content = archive.read(name)
+            if name == "modelDescription.xml":
+                content = content.replace(b"dockloop (native flavour)", b"another tool")
+            copy.writestr(name, content)
+    data = loop(
+        [*MEMBERS, "changed", "bare"],
+        changed={"source": str(changed)},
+        bare={"source": str(bare)},
+    )
+
+    first, second = sorted(refused(tmp_path, data))
+    assert first.startswith("fmus.bare: ")
+    assert "an FMU of another tool" in first
+    assert second.startswith("fmus.changed: ")
+    assert "step.c missing or of another version" in second
+
+
+def test_a_tick_of_too_many_operations_is_refused(tmp_path):
+    data = loop([{"waveform": MEMBERS, "window": 3000}], stop=3.0)
+
+    [problem] = refused(tmp_path, data)
+    assert problem.startswith("coupling.order: too many operations in a tick, got ")
