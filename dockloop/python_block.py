@@ -241,6 +241,9 @@ class BlockSlave:
     def last_message(self) -> str:
         return self._message
 
+    def process_fault(self) -> str:
+        return ""
+
     def asked_for_end(self) -> bool:
         return False
 

@@ -124,6 +124,18 @@ def _pace(_: click.Context, __: click.Parameter, value: float | None) -> float |
     metavar="N",
     help="Save every N-th row, from the first one on.",
 )
+@click.option(
+    "--isolate",
+    multiple=True,
+    metavar="all|FMU,...",
+    help="Give these FMUs a process of their own, which a fault ends alone.",
+)
+@click.option(
+    "--sandbox",
+    is_flag=True,
+    help="Isolate FMUs (all, unless --isolate names some) without network and without writing outside their "
+    "folder.",
+)
 @click.option("--page", is_flag=True, help="Write a page (run.html), too.")
 @JSON
 @answers_errors

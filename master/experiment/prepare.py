@@ -16,6 +16,8 @@ from master.errors import ConfigError, Problem, nearest
 from master.fmi.description import Description
 from master.fmi.description_reader import read_description
 from master.installation import configuration
+from master.isolation import sandbox
+from master.isolation.options import IS_POSSIBLE, Isolation
 from master.recording.selection import Selection
 from master.ssp.names import SUFFIXES
 from master.stepping.recorded import recorded_ports
@@ -31,13 +33,20 @@ from master.text.yaml_lines import parse_value
 from .experiment import Experiment
 from .phase_lead import is_switched_off, lead_task
 
+ALL = "all"
+
 Overrides = dict[str, tuple[str, Setting]]
 """Signal to the place where its value is given, and the value."""
 
 
 @dataclass(frozen=True)
 class Request:
-    """What the user asks for in addition to the file."""
+    """
+    What the user asks for in addition to the file.
+
+    `isolate`: FMUs that get a process of their own, ALL for each; `sandbox`: whether these are shut in, all
+    FMUs where none is named.
+    """
 
     variant: str | None = None
     assignments: tuple[str, ...] = ()
@@ -47,6 +56,8 @@ class Request:
     inputs: Path | None = None
     record: tuple[str, ...] = ()
     every: int | None = None
+    isolate: tuple[str, ...] = ()
+    sandbox: bool = False
 
 
 def prepare(
@@ -116,6 +127,7 @@ class _Preparation:
         overrides = self._overrides(descriptions)
         system, problems = join(loaded, descriptions, overrides)
         self.problems += problems
+        system = self._isolated(system)
         schedule = self._schedule(system)
         longer = max(loaded, self.loaded, key=lambda one: one.config.stop_time)  # events may be cut off
         scenario = self._scenario(longer, system)
@@ -143,6 +155,35 @@ class _Preparation:
             selection=selection,
             plots=plots,
         )
+
+    def _isolated(self, system: System) -> System:
+        """Isolate the FMUs that the request names."""
+        named = [name for given in self.request.isolate for name in given.split(",")]
+        known = self.loaded.config.fmus
+        unknown = [name for name in named if name != ALL and name not in known]
+        self.problems += [
+            Problem(
+                "no such FMU", where="--isolate", got=repr(n), expected=nearest(n, self.loaded.config.fmus)
+            )
+            for n in unknown
+        ]
+        is_all = ALL in named or (self.request.sandbox and not named)
+        instances = dict(system.instances)
+        for name, instance in system.instances.items():
+            if is_all or name in named or instance.isolation is not None:
+                isolation = replace(instance.isolation or Isolation(), is_sandboxed=self.request.sandbox)
+                instances[name] = replace(instance, isolation=isolation)
+        is_isolated = any(i.isolation is not None for i in instances.values())
+        if is_isolated and not IS_POSSIBLE:
+            self.problems.append(
+                Problem(
+                    "no process for an FMU of its own on this system", expected="Linux on x86_64 or aarch64"
+                )
+            )
+        if self.request.sandbox and (lack := sandbox.what_is_missing()):
+            expected = "a system that has it, or a container without --sandbox"
+            self.problems.append(Problem(lack, where="--sandbox", expected=expected))
+        return replace(system, instances=instances)
 
     def _with_times(self) -> LoadedConfig:
         if self.request.stop_time is None and self.request.step_size is None:

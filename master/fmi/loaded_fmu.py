@@ -138,6 +138,9 @@ class FmuSlave:
     def asked_for_end(self) -> bool:
         return False
 
+    def process_fault(self) -> str:
+        return ""
+
     def close(self, *, failed: bool, fatal: bool = False) -> None:
         if self._is_initialised and not failed and not fatal:
             fatal = self._end("terminate", self._fmu.terminate) == Status.FATAL

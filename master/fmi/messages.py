@@ -115,11 +115,24 @@ class MessageLog:
         self._changed = changed
         self._said: dict[tuple[str, int, str, str], Said] = {}
         self._of_call: dict[str, _OfCall] = {}
+        self._sources: list[Callable[[], None]] = []
+
+    def add_source(self, collect: Callable[[], None]) -> None:
+        """Let `collect` bring messages from where they wait, whenever this log is asked for them."""
+        self._sources.append(collect)
+
+    def collect(self) -> None:
+        """Take the messages that wait somewhere else."""
+        for source in self._sources:
+            source()
 
     def note(self, fmu: str, status: int, category: str, text: str) -> None:
-        """Take a message."""
+        """Take a message of the present call."""
+        self.take(fmu, status, category, text, position.current().call())
+
+    def take(self, fmu: str, status: int, category: str, text: str, call: Call | None) -> None:
+        """Take a message that came in a call."""
         message = _Message(status, printable(category.strip()), printable(text.strip()))
-        call = position.current().call()
         told = self._of_call.get(fmu)
         if told is None or told.call != call:
             told = self._of_call[fmu] = _OfCall(call)
@@ -132,11 +145,16 @@ class MessageLog:
 
     def of_call(self, fmu: str) -> str:
         """Return what an FMU said in the present call (or turn), the worst first; empty if nothing."""
+        return self.text_of(fmu, position.current().call())
+
+    def text_of(self, fmu: str, call: Call | None) -> str:
+        """Return what an FMU said in a call, if that was the last in which it spoke."""
         told = self._of_call.get(fmu)
-        return told.text() if told is not None and told.belongs_to(position.current().call()) else ""
+        return told.text() if told is not None and told.belongs_to(call) else ""
 
     def summary(self) -> list[Said]:
         """Return warnings and errors so far, alike ones counted."""
+        self.collect()
         return list(self._said.values())
 
     def forget(self, fmu: str) -> None:

@@ -207,6 +207,10 @@ def _pipe() -> tuple[int, int]:
     return os.pipe()
 
 
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_pipe.cache_clear)  # two processes would read each other's bytes
+
+
 @lru_cache(maxsize=1)
 def _write() -> Any:
     write = ctypes.CDLL(None).write

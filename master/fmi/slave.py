@@ -72,6 +72,10 @@ class Slave(Protocol):
         """Whether the step that it discarded (FMI 2.0) is one at which it ends the simulation."""
         ...
 
+    def process_fault(self) -> str:
+        """How a process that the slave has of its own failed; empty if it goes on, or there is none."""
+        ...
+
     def close(self, *, failed: bool, fatal: bool = False) -> None:
         """End the slave: not terminated if it failed, not called any more after a fatal status."""
         ...

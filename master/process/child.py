@@ -117,7 +117,7 @@ class Child:
         """Say how it ended, and in which call of an FMU."""
         call = self.position.call()
         within = f"in {call.function}" if call else "in no call of an FMU"
-        return f"ended the process, {_ending(self._status or 0)}, {within}"
+        return f"ended the process, {ending_of(self._status or 0)}, {within}"
 
     def close(self) -> None:
         """End it if it is still there, and remove its temporary files."""
@@ -133,7 +133,7 @@ class Child:
         """In the child: do the work and hand over what it gives; return the exit status."""
         global _is_child
         _is_child = True
-        _die_with(parent)
+        die_with(parent)
         position.share_no_further()
         tempfile.tempdir = os.environ["TMPDIR"] = self._folder.name
         status = 0
@@ -150,10 +150,11 @@ class Child:
         return status
 
 
-def put_off_last_work() -> None:
-    """In a child: put off what `do_last` is given until the result is handed over."""
+def put_off_last_work() -> list[Callable[[], Any]]:
+    """In a child: put off what `do_last` is given until the result is handed over; return the list of it."""
     global _last_work
     _last_work = []
+    return _last_work
 
 
 def do_last(work: Callable[[], Any]) -> None:
@@ -162,6 +163,11 @@ def do_last(work: Callable[[], Any]) -> None:
         work()
     else:
         _last_work.append(work)
+
+
+def is_child() -> bool:
+    """Whether this process was forked to call FMUs, and ends with that."""
+    return _is_child
 
 
 def done_apart(work: Callable[[], T]) -> T:
@@ -212,7 +218,7 @@ def _raise_if_stuck(child: Child) -> None:
         raise FmuError(call.instance, said, time=child.position.time()) from None
 
 
-def _die_with(parent: int) -> None:
+def die_with(parent: int) -> None:
     """Let this process end with its parent, however that ends."""
     with suppress(OSError, AttributeError):
         ctypes.CDLL(None).prctl(_DEATH_SIGNAL, signal.SIGKILL)
@@ -231,7 +237,8 @@ def _portable(error: Exception) -> Exception:
     return error
 
 
-def _ending(status: int) -> str:
+def ending_of(status: int) -> str:
+    """Say how a process ended, by the status that the kernel has for it."""
     if os.WIFSIGNALED(status):
         number = os.WTERMSIG(status)
         with suppress(ValueError):

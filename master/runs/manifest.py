@@ -62,6 +62,8 @@ class Asked(_Part):
     record: tuple[str, ...] = ()
     every: int | None = None
     inputs: Path | None = None
+    isolate: tuple[str, ...] = ()
+    sandbox: bool = False
 
     def request(self) -> Request:
         """Return it as a request."""
@@ -191,6 +193,10 @@ def command(given: str, request: Request) -> tuple[str, ...]:
         words += ["--every", str(request.every)]
     if request.inputs is not None:
         words += ["--inputs", str(request.inputs)]
+    for names in request.isolate:
+        words += ["--isolate", names]
+    if request.sandbox:
+        words.append("--sandbox")
     return tuple(words)
 
 

@@ -40,6 +40,9 @@ def failure_of(program: Program, slaves: Mapping[str, Slave], ended: Execution, 
         return _not_converged(program, ended.where, time)
     instance = program.instance_of(ended.where)
     said = slaves[instance].last_message()
+    fault = slaves[instance].process_fault()
+    if fault:
+        return FmuError(instance, fault, time=time, status="fatal")
     if ended.status == Deviation.MISFIT:
         text = _misfit(program, ended.where)
     elif ended.status in _DEVIATIONS:

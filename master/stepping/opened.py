@@ -40,7 +40,7 @@ from master.text.signal_name import SignalName
 from .compiler import build_program
 from .initialisation import initialise
 from .recorded import recorded_ports
-from .simulate import FATAL, SlaveFactory, load
+from .simulate import FATAL, SlaveFactory, load, load_all
 
 WORKING = threading.RLock()
 """Held while a run works: where it is and what its FMUs say is known to the process, not to a thread."""
@@ -93,8 +93,7 @@ class OpenRun:
         self._connected = {wire.target.name for wire in system.wires} | set(options.inputs.columns)
         with self._working(), self._closing_on_failure():
             self._position.begin(grid.t0, grid.step_size)
-            for name, instance in system.instances.items():
-                self._slaves[name] = factory(name, instance.description)
+            load_all(system, self._slaves, factory)
             stop = grid.stop({i.every for i in system.instances.values()})
             initialise(system, schedule, self._slaves, grid.t0, stop)
             columns = options.inputs.columns

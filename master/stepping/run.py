@@ -143,6 +143,7 @@ class RunLoop:
             execute, self.program, self.monitor, grid.t0, grid.step_size, self.done, self.done + n, rows
         )
         self.seconds += time.perf_counter() - begin
+        messages.current().collect()
         if ended.ticks:
             self.recorder.add(rows[: ended.ticks])
         self.done += ended.ticks

@@ -38,6 +38,29 @@ def load(name: str, description: Description) -> Slave:
     return Fmi2Slave(name, description) if description.version == 2 else Fmi3Slave(name, description)
 
 
+def load_all(system: System, slaves: dict[str, Slave], factory: SlaveFactory = load) -> None:
+    """
+    Load the FMUs of a system into `slaves`: those in processes of their own first, which then hold no others.
+
+    What was loaded before one fails is in `slaves`, in the order of the system.
+    """
+    isolated = [i for i in system.instances.values() if i.isolation is not None]
+    others = [i for i in system.instances.values() if i.isolation is None]
+    loaded: dict[str, Slave] = {}
+    try:
+        for instance in isolated:
+            from master.isolation.slave import IsolatedSlave
+
+            assert instance.isolation is not None
+            loaded[instance.name] = IsolatedSlave(
+                instance.name, instance.description, instance.isolation, factory, len(isolated)
+            )
+        for instance in others:
+            loaded[instance.name] = factory(instance.name, instance.description)
+    finally:
+        slaves.update({name: loaded[name] for name in system.instances if name in loaded})
+
+
 def _silent(ticks: int) -> None:
     """Show nothing."""
 
@@ -95,8 +118,7 @@ def running(
     signals.remind()
     with messages.collecting(log):
         try:
-            for name, instance in system.instances.items():
-                slaves[name] = factory(name, instance.description)
+            load_all(system, slaves, factory)
             stop = grid.stop({i.every for i in system.instances.values()})
             initialise(system, schedule, slaves, grid.t0, stop)
             inputs = options.inputs

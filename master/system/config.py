@@ -20,6 +20,7 @@ from pydantic import (
 from master.coupling.methods.catalogue import OrderEntry
 from master.errors import ConfigError, Problem
 from master.fmi.units import Unit
+from master.isolation.options import DEADLINE, STOP, Isolation
 from master.text.fields import (
     Finite,
     GivenSetting,
@@ -45,17 +46,45 @@ from .grid import ticks_between
 MOST_TICKS = 2**53  # beyond it a double does not tell one tick from the next
 MOST_EVERY = 10**9  # ticks
 MOST_ITERATIONS = 10**6
+MOST_DEADLINE = 10**6  # s
+MOST_MEMORY = 2**24  # MB
 FINEST = 0.25  # largest distance of two neighbouring doubles at the run's times, in steps
 UNKNOWN_SOURCE = "<unknown>"  # of an FMU whose own source is missing or wrong, while the rest is checked
 
 
 class FmuEntry(Section):
-    """One FMU: a model's name or a path, its values, and how often it steps."""
+    """
+    One FMU: a model's name or a path, its values, how often it steps, whether it has a process of its own.
+
+    `deadline` [s] is the longest time of a call and `memory` [MB] what the FMU may allocate; with `on_fault:
+    hold` its last values are held where it fails. An FMU with one of these is isolated: nothing else can keep
+    it to them.
+    """
 
     source: str = Field(examples=["spacecraft"])
     parameters: ParameterValues = {}
     start: ParameterValues = {}
     every: Annotated[Integer, Field(ge=1, le=MOST_EVERY)] = 1
+    isolate: bool | None = None
+    on_fault: Literal["stop", "hold"] | None = None
+    deadline: Annotated[Seconds, Field(le=MOST_DEADLINE)] | None = None
+    memory: Annotated[Integer, Field(ge=1, le=MOST_MEMORY)] | None = None
+
+    @model_validator(mode="after")
+    def _isolated_for_its_limits(self) -> FmuEntry:
+        limits = [key for key in ("on_fault", "deadline", "memory") if getattr(self, key) is not None]
+        if self.isolate is False and limits:
+            raise ValueError(f"{limits[0]} of an FMU that is not isolated, expected isolate: true")
+        return self
+
+    def isolation(self) -> Isolation | None:
+        """How the FMU is isolated, None if it is not."""
+        limits = (self.on_fault, self.deadline, self.memory)
+        if not self.isolate and all(limit is None for limit in limits):
+            return None
+        return Isolation(
+            deadline=self.deadline or DEADLINE, memory=self.memory, on_fault=self.on_fault or STOP
+        )
 
     @classmethod
     def stand_in(cls, key: str, data: Mapping[str, Any]) -> Any:

@@ -11,6 +11,7 @@ from master.fmi.description import Description, Kind, Variable
 from master.fmi.structure import with_structure
 from master.fmi.units import Conversion, conversion
 from master.fmi.values import settable
+from master.isolation.options import Isolation
 from master.text.scalar import Setting
 from master.text.signal_name import SignalName
 
@@ -23,12 +24,17 @@ Descriptions = Mapping[str, Description | None]
 
 @dataclass(frozen=True)
 class Instance:
-    """One FMU of the system with the values it starts from, by the names of primary variables."""
+    """
+    One FMU of the system with the values it starts from, by the names of primary variables.
+
+    `isolation` says how it is kept in a process of its own, None if it shares that of the run.
+    """
 
     name: str
     description: Description
     every: int
     start: Mapping[str, float | str]
+    isolation: Isolation | None = None
 
     def value_of(self, name: str) -> float | str | None:
         """Value of a parameter or start value: the configured one or the FMU's own."""
@@ -167,7 +173,7 @@ def join(
     inner = [w for w in wires if not {w.source.instance, w.target.instance} & set(connectors)]
     joined = _Joined(
         instances={
-            name: Instance(name, d, loaded.config.fmus[name].every, {})
+            name: Instance(name, d, loaded.config.fmus[name].every, {}, loaded.config.fmus[name].isolation())
             for name, d in descriptions.items()
             if d is not None
         },

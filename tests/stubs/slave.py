@@ -163,6 +163,9 @@ class Stub:
     def last_message(self) -> str:
         return self._messages[-1] if self._messages else ""
 
+    def process_fault(self):
+        return ""
+
     def asked_for_end(self) -> bool:
         return self.wants_end
 

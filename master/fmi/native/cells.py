@@ -49,6 +49,11 @@ _LEAST = np.array([RANGES.get(kind, (-math.inf, math.inf))[0] for kind in range(
 _LARGEST = np.array([RANGES.get(kind, (-math.inf, math.inf))[1] for kind in range(INT_BOOLEAN + 1)])
 
 
+def size_of(kind: int) -> int:
+    """Bytes of a value of a type."""
+    return ctypes.sizeof(_CELLS[kind])
+
+
 @inner
 def first_misfit(doubles: int, n: int, kind: int) -> int:
     """Count to the first of n doubles at an address that a whole type cannot hold; -1 if there is none."""

@@ -7,13 +7,11 @@ that damaged code is.
 
 * numba looks at the time of this file alone, not at those that the loop calls. So a digest of all of them
   is a constant of the compiled function, in its closure, which numba makes part of the key of its cache.
-* numba loads what is in its files without a look. So the digest of each is written next to it when it is
-  made, and a file without the right one is removed before it is loaded; numba compiles again then.
+* numba loads what is in its files without a look: see `CacheFiles`.
 """
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable
 from functools import lru_cache
 from pathlib import Path
@@ -21,6 +19,7 @@ from typing import Any
 
 import numpy as np
 
+from master.fmi.native.kept_code import CacheFiles, digest_of, kept_in
 from master.installation import cache_folder
 from master.process import position
 from master.system.channel import Channel
@@ -57,15 +56,12 @@ SOURCES = (
 )
 """All files whose code is compiled; a test compares them with what they import."""
 
-_CHECKED = ".sha256"
-
 Execute = Callable[..., Execution]
 
 
 def digest_of_sources() -> int:
     """Digest of all files whose code is compiled, 63 bits."""
-    texts = [(PACKAGE / f"{name}.py").read_bytes() for name in SOURCES]
-    return int.from_bytes(hashlib.sha256(b"\0".join(texts)).digest()[:8], "big") >> 1
+    return digest_of([PACKAGE / f"{name}.py" for name in SOURCES])
 
 
 @lru_cache(maxsize=1)
@@ -74,7 +70,8 @@ def compiled() -> Execute:
     dispatcher = _dispatcher(digest_of_sources())
     if not hasattr(dispatcher, "stats"):  # NUMBA_DISABLE_JIT=1
         return lambda *arguments: dispatcher(*arguments, True)
-    files = CacheFiles(dispatcher)
+    path = dispatcher.stats.cache_path
+    files = CacheFiles(None if path is None else Path(path), "compiled.*keyed*")
     files.drop_damaged()
 
     def run(memory: Memory, *arguments: Any) -> Execution:
@@ -119,61 +116,15 @@ def load_plain() -> None:
 
 def _dispatcher(digest: int) -> Any:
     """Compile a function whose closure holds the digest, so that it is part of the key of numba's cache."""
-    from numba import config, njit
+    from numba import njit
 
     def keyed(memory, monitor, t0, h, begin, end, rows, general):  # type: ignore[no-untyped-def]  # compiled
         if digest < 0:
             return execute(memory, monitor, t0, h, begin, begin, rows, general)
         return execute(memory, monitor, t0, h, begin, end, rows, general)
 
-    settings: Any = config
-    of_the_user = settings.CACHE_DIR  # for all that this process compiles
-    settings.CACHE_DIR = of_the_user or str(cache_folder() / "numba")
-    try:
-        return njit(cache=True, error_model="numpy")(keyed)
-    except RuntimeError:  # no place to keep it
-        return njit(error_model="numpy")(keyed)
-    finally:
-        settings.CACHE_DIR = of_the_user
-
-
-class CacheFiles:
-    """Files in which numba keeps a function."""
-
-    def __init__(self, dispatcher: Any) -> None:
-        path = dispatcher.stats.cache_path
-        self.folder = None if path is None else Path(path)
-
-    def drop_damaged(self) -> None:
-        """Remove files whose digest is missing or another one."""
-        for file in self._files():
-            try:
-                if file.with_name(file.name + _CHECKED).read_text(encoding="ascii") == _digest(file):
-                    continue
-            except (OSError, UnicodeDecodeError):
-                pass
-            _remove(file)
-
-    def note_digests(self) -> None:
-        """Write the digest of each file next to it."""
-        for file in self._files():
-            try:
-                file.with_name(file.name + _CHECKED).write_text(_digest(file), encoding="ascii")
-            except OSError:
-                continue  # without it the file is removed before it is loaded
-
-    def _files(self) -> list[Path]:
-        if self.folder is None:
-            return []
-        return [f for kind in ("nbi", "nbc") for f in self.folder.glob(f"compiled.*keyed*.{kind}")]
-
-
-def _digest(file: Path) -> str:
-    return hashlib.sha256(file.read_bytes()).hexdigest()
-
-
-def _remove(file: Path) -> None:
-    try:
-        file.unlink()
-    except OSError:
-        return
+    with kept_in(cache_folder()):
+        try:
+            return njit(cache=True, error_model="numpy")(keyed)
+        except RuntimeError:  # no place to keep it
+            return njit(error_model="numpy")(keyed)

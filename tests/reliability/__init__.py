@@ -1,0 +1,1 @@
+"""Harnesses of `docs/reliability.md`, run on demand."""
