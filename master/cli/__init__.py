@@ -9,6 +9,7 @@ import click
 COMMANDS = {
     "run": "run",
     "rerun": "rerun",
+    "resume": "resume",
     "compare": "compare",
     "check": "check",
     "explain": "explain",
@@ -30,7 +31,7 @@ COMMANDS = {
     "doctor": "doctor",
 }
 GROUPS = {
-    "run and look": ("run", "compare", "rerun", "examples"),
+    "run and look": ("run", "compare", "rerun", "resume", "examples"),
     "understand a system": ("check", "explain", "show", "analyse", "inspect"),
     "measured data": ("case", "diagnose", "replay"),
     "compensation": ("design-dpdc", "compare-methods", "reproduce"),
