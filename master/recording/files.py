@@ -195,13 +195,17 @@ class _Csv:
 
     def is_in_place(self) -> bool:
         """Whether the path still leads to the file that is written."""
+        if self._file.closed:
+            return self._path.exists()
         try:
             return os.path.samestat(os.stat(self._path), os.fstat(self._file.fileno()))
         except OSError:
             return False
 
     def keep_whole_rows(self) -> None:
-        """Cut off what a write that failed left of its last row."""
+        """Cut off what a write that failed left of its last row; a file that was ended has none."""
+        if self._file.closed:
+            return
         self._file.seek(self._whole)
         begun = self._file.read()
         self._file.truncate(self._whole + begun.rfind(b"\n") + 1)

@@ -15,7 +15,7 @@ SUMMARY, PICTURE, LOG = "summary.json", "displacement_and_force.png", "fmu.log"
 MANIFEST, PAGE = "manifest.json", "run.html"
 CSV, PARQUET, PARTS = "result.csv", "result.parquet", "result.part-*.parquet"
 CHECKPOINT, CHECKPOINT_ROWS = "checkpoint", "checkpoint.rows"
-_UNFINISHED = (".result.*.new", "*.partial")  # left by a process that was killed
+_UNFINISHED = (".*.new", "*.partial")  # left by a process that was killed
 
 RESCUED = "-rescued"  # after the name of a folder that takes no files any more
 
