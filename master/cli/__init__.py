@@ -10,6 +10,7 @@ COMMANDS = {
     "run": "run",
     "rerun": "rerun",
     "sweep": "sweep",
+    "resume": "resume",
     "compare": "compare",
     "check": "check",
     "explain": "explain",
@@ -33,7 +34,7 @@ COMMANDS = {
     "doctor": "doctor",
 }
 GROUPS = {
-    "run and look": ("run", "compare", "rerun", "sweep", "examples"),
+    "run and look": ("run", "compare", "rerun", "resume", "sweep", "examples"),
     "understand a system": ("check", "explain", "show", "analyse", "preflight", "inspect"),
     "measured data": ("case", "diagnose", "replay"),
     "compensation": ("design-dpdc", "compare-methods", "reproduce"),

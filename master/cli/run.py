@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import signal
 import sys
 import time
@@ -14,7 +15,7 @@ import click
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from master.api import prepare_to_run
-from master.errors import EXIT_DIVERGED, EXIT_FMU, EXIT_STOPPED
+from master.errors import EXIT_DIVERGED, EXIT_FMU, EXIT_STOPPED, ConfigError, Problem
 from master.evaluation.report import Report, summary_lines
 from master.experiment.experiment import Experiment
 from master.experiment.prepare import Request
@@ -24,7 +25,8 @@ from master.process import signals
 from master.process.signals import Interruption
 from master.recording.names import results_folder
 from master.runs.execute import run_into
-from master.runs.manifest import Described
+from master.runs.manifest import Checkpointing, Described
+from master.runs.resume import OPTION, require_possible
 from master.stepping.outcome import (
     COMPLETED,
     DIVERGED,
@@ -66,12 +68,28 @@ _SECONDS_A_LOOK = 0.1
 
 SLOWEST = 1e-6
 FASTEST = 1e9
+SHORTEST = 0.01
+LONGEST = 3.6e6
+
+_TIME = re.compile(r"(?P<number>[0-9]+\.?[0-9]*|\.[0-9]+) ?(?P<unit>ms|s|min|h)?", re.ASCII)
+_SECONDS = {"ms": 1e-3, "s": 1.0, "min": 60.0, "h": 3600.0}
 
 
 def _pace(_: click.Context, __: click.Parameter, value: float | None) -> float | None:
     if value is not None and not SLOWEST <= value <= FASTEST:
         raise click.BadParameter(f"not a pace, got {value:g}, expected from {SLOWEST:g} to {FASTEST:g}")
     return value
+
+
+def _interval(_: click.Context, __: click.Parameter, value: str | None) -> float | None:
+    if value is None:
+        return None
+    expected = "a time from 10 ms to 1000 h, as 60s, 5min or 1h"
+    match = _TIME.fullmatch(value.strip())
+    seconds = float(match["number"]) * _SECONDS[match["unit"] or "s"] if match else 0.0
+    if not SHORTEST <= seconds <= LONGEST:
+        raise click.BadParameter(f"not a time between checkpoints, got {value!r}, expected {expected}")
+    return seconds
 
 
 @click.command()
@@ -137,32 +155,42 @@ def _pace(_: click.Context, __: click.Parameter, value: float | None) -> float |
     "folder.",
 )
 @click.option("--page", is_flag=True, help="Write a page (run.html), too.")
+@click.option(
+    "--checkpoint",
+    callback=_interval,
+    metavar="TIME",
+    help="Make a checkpoint each TIME (60s, 5min), from which `dockloop resume` goes on.",
+)
 @JSON
 @answers_errors
 def run(config: Path, output: Path | None, as_json: bool, page: bool, **options: Any) -> None:
     """Step the system that CONFIG describes and save what it computes."""
     factor, on_overrun, level = options.pop("real_time"), options.pop("on_overrun"), options.pop("level")
+    interval = options.pop("checkpoint")
+    if interval is not None and factor is not None:
+        expected = "one of both: a run beside hardware cannot go on later"
+        raise ConfigError([Problem("in real time", where=OPTION, got="--real-time", expected=expected)])
     request = Request(**options)
     started = datetime.now(UTC)
     experiment = prepare_to_run(config, request, show_building)
     given = (*request.assignments, *(() if request.inputs is None else (f"inputs={request.inputs.name}",)))
     path = output or results_folder(experiment.name, request.variant, given)
     pacer = None if factor is None else Pacer(factor, on_overrun)
+    log = None if level == "none" else level
     described = Described(str(config), configuration(config), request, experiment, started)
+    if interval is not None:
+        require_possible(experiment)
+        described.checkpoints = Checkpointing(interval=interval, log=log, page=page)
     with ExitStack() as stack:
         report, interruption = run_into(
-            described,
-            path,
-            lambda: shown(experiment, stack),
-            pacer,
-            None if level == "none" else level,
-            page=page,
+            described, path, lambda: shown(experiment, stack), pacer, log, page=page
         )
-    _answer(report, as_json)
-    sys.exit(_exit_status(report, interruption))
+    answer(report, as_json)
+    sys.exit(exit_status(report, interruption))
 
 
-def _exit_status(report: Report, interruption: Interruption) -> int:
+def exit_status(report: Report, interruption: Interruption) -> int:
+    """Return the exit status of a command that made a run."""
     if report.status == INTERRUPTED:
         return signals.exit_status(interruption.number or signal.SIGINT)
     return _EXIT[report.status]
@@ -191,7 +219,8 @@ def shown(experiment: Experiment, stack: ExitStack) -> ProgressCallback:
     return advance
 
 
-def _answer(report: Report, as_json: bool) -> None:
+def answer(report: Report, as_json: bool) -> None:
+    """Print the summary of a run."""
     if as_json:
         print_json(report.as_dict())
     else:

@@ -15,6 +15,7 @@ from master.fmi.messages import Said
 from master.process.signals import Interruption
 from master.recording.files import ResultFiles, existing, write_result
 from master.recording.folder import LOG, PICTURE, SUMMARY, OutputFolder, reason
+from master.recording.whole_file import write_whole
 from master.stepping.outcome import COMPLETED, FAILED, INTERRUPTED, STOPPED, TERMINATED, Happened, Outcome
 
 from .metrics import Metrics, compute_metrics
@@ -149,10 +150,8 @@ def _write_summary(report: Report, folder: OutputFolder) -> Report:
     report = replace(report, files={**report.files, "summary": str(path)})
     folder.make_room()
     try:
-        path.write_text(json.dumps(report.as_dict(), indent=2) + "\n", encoding="utf-8")
+        write_whole(path, json.dumps(report.as_dict(), indent=2) + "\n")
     except OSError as error:
-        with suppress(OSError):
-            path.unlink(missing_ok=True)
         files = {kind: file for kind, file in report.files.items() if kind != "summary"}
         said = f"{path}: cannot be written: {reason(error)}"
         message = "\n".join(filter(None, (report.message, said)))

@@ -120,6 +120,7 @@ class Description:
     tool: str = ""
     delays: tuple[DeclaredDelay, ...] = ()
     can_get_and_set_state: bool = False
+    can_serialise_state: bool = False
     needs_execution_tool: bool = False
     once_per_process: bool = False
     has_event_mode: bool = False

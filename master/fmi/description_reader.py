@@ -146,6 +146,9 @@ class DescriptionReader:
             can_get_and_set_state=self._flag(
                 interface, "canGetAndSetFMUstate" if is_2 else "canGetAndSetFMUState"
             ),
+            can_serialise_state=self._flag(
+                interface, "canSerializeFMUstate" if is_2 else "canSerializeFMUState"
+            ),
             needs_execution_tool=self._flag(interface, "needsExecutionTool"),
             once_per_process=self._flag(interface, "canBeInstantiatedOnlyOncePerProcess"),
             has_event_mode=self._flag(interface, "hasEventMode"),

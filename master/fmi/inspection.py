@@ -146,6 +146,8 @@ def _oddities(d: Description) -> Iterator[str]:
         yield "can be instantiated once in a process"
     if not d.can_get_and_set_state:
         yield "cannot save its state: no iteration, no linearisation of its states, no Simulation.save"
+    elif not d.can_serialise_state:
+        yield "cannot write its state to a file (canSerializeFMUstate): no run --checkpoint"
     if d.has_event_mode:
         yield "works in event mode: the master leads it through its events at each step"
     shown = ("input", "output", "parameter")

@@ -7,6 +7,7 @@ The memory that this needs does not grow with the number of messages.
 from __future__ import annotations
 
 import contextlib
+import os
 import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -162,6 +163,21 @@ class MessageLog:
         self._of_call.pop(fmu, None)
         self._said = {key: said for key, said in self._said.items() if key[0] != fmu}
 
+    def state(self) -> dict[str, Any]:
+        """Return warnings and errors so far and the end of the file, for JSON; `restore` takes it."""
+        said = [[*key, one.t, one.count] for key, one in self._said.items()]
+        return {"said": said, "file": None if self._file is None else self._file.mark()}
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Go back to what `state` returned, in the same process or another one."""
+        self._of_call.clear()
+        self._said = {
+            (fmu, status, category, text): Said(fmu, status_name(status), category, text, t, count)
+            for fmu, status, category, text, t, count in state["said"]
+        }
+        if self._file is not None and state["file"] is not None:
+            self._file.restore(state["file"])
+
     def _count(self, fmu: str, message: _Message, t: float | None) -> None:
         key = (fmu, message.status, message.category, message.text)
         if key not in self._said and sum(1 for k in self._said if k[0] == fmu) >= _MOST_DIFFERENT:
@@ -181,12 +197,13 @@ class LogFile:
     What the folder does not take is left out: messages are in the summary too.
     """
 
-    def __init__(self, path: Path, level: str) -> None:
+    def __init__(self, path: Path, level: str, *, goes_on: bool = False) -> None:
+        """Open it; one that `goes_on` keeps what an earlier run wrote until it is restored."""
         self.path = path
         self._least = LEVELS[level]
         self._file: IO[str] | None = None
         with contextlib.suppress(OSError):
-            self._file = path.open("w", encoding="utf-8", buffering=1)
+            self._file = path.open("a" if goes_on else "w", encoding="utf-8", buffering=1)
         self._last: tuple[str, int, str] | None = None
         self._repeats = 0
         self._n_bytes = 0
@@ -203,6 +220,26 @@ class LogFile:
         self._line(
             f"{'before the start' if t is None else f't={t:.9g} s'}  {fmu}  {status_name(status)}  {text}"
         )
+
+    def mark(self) -> dict[str, Any] | None:
+        """Return where the file ends now and what is counted; None if it takes no more."""
+        if self._file is None:
+            return None
+        try:
+            size = os.fstat(self._file.fileno()).st_size
+        except OSError:
+            return None
+        return {"size": size, "bytes": self._n_bytes, "last": self._last, "repeats": self._repeats}
+
+    def restore(self, mark: dict[str, Any]) -> None:
+        """Drop what was written after a mark."""
+        if self._file is None:
+            return
+        with contextlib.suppress(OSError):
+            os.ftruncate(self._file.fileno(), mark["size"])
+        self._n_bytes = mark["bytes"]
+        self._last = None if mark["last"] is None else tuple(mark["last"])
+        self._repeats = mark["repeats"]
 
     def close(self) -> None:
         """End the file; one without messages is removed."""

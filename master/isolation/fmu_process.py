@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import contextlib
 import os
 import resource
@@ -179,7 +180,15 @@ class _FmuProcess:
 
     def _load(self) -> None:
         self._loaded = self._factory(self._name, self._description)
-        interface = self._loaded.interface()
+        self._show_interface()
+
+    def _renew(self, failed: bool) -> None:
+        self._slave.renew(failed=failed)
+        self._show_interface()
+
+    def _show_interface(self) -> None:
+        """Write where the FMU's functions and its instance are."""
+        interface = self._slave.interface()
         desk = self._desk
         desk[at.VERSION] = interface.version
         desk[at.COMPONENT] = interface.component
@@ -205,6 +214,12 @@ class _FmuProcess:
 
     def _get(self, names: list[str]) -> list[float]:
         return self._slave.get(self._variables(names))
+
+    def _state_bytes(self) -> str:
+        return base64.b64encode(self._slave.state_bytes()).decode()
+
+    def _restore_bytes(self, text: str) -> None:
+        self._slave.restore_bytes(base64.b64decode(text))
 
     def _asked_for_end(self) -> bool:
         return self._slave.asked_for_end()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import ctypes
 import math
 import os
@@ -40,9 +41,12 @@ _FUNCTIONS = {
     "enter_initialisation": {2: "fmi2EnterInitializationMode", 3: "fmi3EnterInitializationMode"},
     "exit_initialisation": {2: "fmi2ExitInitializationMode", 3: "fmi3ExitInitializationMode"},
     "reset": {2: "fmi2Reset", 3: "fmi3Reset"},
+    "renew": {2: "fmi2Instantiate", 3: "fmi3InstantiateCoSimulation"},
     "set": {2: "fmi2SetXXX", 3: "fmi3SetXXX"},
     "get": {2: "fmi2GetXXX", 3: "fmi3GetXXX"},
     "asked_for_end": {2: "fmi2GetBooleanStatus", 3: "fmi3GetXXX"},
+    "state_bytes": {2: "fmi2SerializeFMUstate", 3: "fmi3SerializeFMUState"},
+    "restore_bytes": {2: "fmi2DeSerializeFMUstate", 3: "fmi3DeserializeFMUState"},
     "close": {2: "fmi2FreeInstance", 3: "fmi3FreeInstance"},
 }
 
@@ -111,6 +115,11 @@ class IsolatedSlave:
         self._desk[at.N_STEPS] = 0
         self._request("reset")
 
+    def renew(self, *, failed: bool = False) -> None:
+        messages.current().forget(self.name)
+        self._desk[at.N_STEPS] = 0
+        self._request("renew", failed)
+
     def set(self, variables: Sequence[Variable], values: Sequence[float]) -> None:
         if not self._is_holding():
             self._request("set", [v.name for v in variables], list(values))
@@ -124,6 +133,15 @@ class IsolatedSlave:
         if len(numbers) != len(variables):
             raise self._garbled()
         return numbers
+
+    def state_bytes(self) -> bytes:
+        try:
+            return base64.b64decode(self._request("state_bytes"), validate=True)
+        except (TypeError, ValueError):
+            raise self._garbled() from None
+
+    def restore_bytes(self, data: bytes) -> None:
+        self._request("restore_bytes", base64.b64encode(data).decode())
 
     def last_message(self) -> str:
         self._collect()

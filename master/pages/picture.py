@@ -58,7 +58,12 @@ def save(title: str, charts: Sequence[Chart], path: Path) -> Path:
     for axis, chart in zip(axes, charts, strict=True):
         draw(axis, chart)
         axis.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False, fontsize="small")
-    figure.savefig(path, dpi=110)
+    new = path.with_name(f".{path.name}.new")  # under its own name it is complete, or it is not there
+    try:
+        figure.savefig(new, format="png", dpi=110)
+        new.replace(path)
+    finally:
+        new.unlink(missing_ok=True)
     return path
 
 

@@ -9,14 +9,14 @@ from typing import Any
 from .position import shared_memory
 
 _LENGTH = struct.Struct("<Q")
-_MOST_BYTES = 2**28  # of address space
+MOST_BYTES = 2**28  # of address space
 
 
 class Mailbox:
     """Holds the last object that was put; half of one, left by a process that ended, is none."""
 
     def __init__(self) -> None:
-        self._memory = shared_memory(_MOST_BYTES)
+        self._memory = shared_memory(MOST_BYTES)
 
     def put(self, thing: Any) -> None:
         """Put an object that can be pickled."""
@@ -31,3 +31,14 @@ class Mailbox:
         first = _LENGTH.size
         [length] = _LENGTH.unpack(self._memory[:first])
         return pickle.loads(self._memory[first : first + length]) if length else None
+
+    def is_empty(self) -> bool:
+        """Whether there is none."""
+        return not any(self._memory[: _LENGTH.size])
+
+    def take(self) -> Any:
+        """Return the object and remove it, None if there is none."""
+        thing = self.get()
+        if thing is not None:
+            self._memory[: _LENGTH.size] = _LENGTH.pack(0)
+        return thing

@@ -2,7 +2,8 @@
 Result files that other tools open: CSV in FMPy's form, Parquet with units.
 
 While a run writes row by row, its Parquet file is a series of parts, each complete, so that what was written
-can be read whenever the process ends; they become one file when the run ends.
+can be read whenever the process ends; they become one file when the run ends. The CSV file grows by whole
+rows; a process that is killed may leave a last line without its end, which is no row.
 """
 
 from __future__ import annotations
@@ -12,20 +13,34 @@ import errno
 import os
 import time
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
 from typing import IO, Any
 
 import numpy as np
 
+from master.errors import DataError
+
 from .folder import CSV, PARQUET, PARTS
 from .recorder import Result
+from .whole_file import appearing, sync_file, sync_folder
 
 _PART_SECONDS = 0.5
 _PART_SHARE = 0.02  # of the time since the first row, so that a run of hours has some hundred parts
 _PART_BYTES = 2**26
 _BLOCK_ROWS = 1000
 _BLOCK_SECONDS = 0.1  # rows that come one by one are written in blocks
+_GROUP_ROWS = 2**17  # of a row group, at most
+_GROUP_BYTES = 2**26
+
+
+@dataclass(frozen=True)
+class FilesMark:
+    """Where result files end that have reached the disk: rows, and bytes of the CSV file."""
+
+    n_rows: int
+    csv_bytes: int
 
 
 class ResultFiles:
@@ -38,15 +53,30 @@ class ResultFiles:
     Methods raise OSError where a file cannot be written or was removed; `rescue` then saves what it can.
     """
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, *, at_once: bool = False, mark: FilesMark | None = None) -> None:
+        """
+        Begin files, or go on with those of a mark.
+
+        Args:
+            folder: Where they are; made if it is missing.
+            at_once: Whether nobody has to see rows before all are there.
+            mark: Up to where the files of an earlier process are kept.
+
+        Raises:
+            DataError: If the files do not reach to the mark.
+        """
         folder.mkdir(parents=True, exist_ok=True)
         self.folder = folder
-        self.csv, self.parquet = folder / CSV, folder / PARQUET
+        self.csv = folder / CSV
+        self.parquet = folder / PARQUET
         self.n_rows = 0
+        self._at_once = at_once
         self._waiting: list[Any] = []
         self._looked = -np.inf
         self._csv: _Csv | None = None
         self._parts: _Parts | None = None
+        if mark is not None:
+            self._go_on(mark)
 
     def write(self, result: Result) -> None:
         """Append rows."""
@@ -55,11 +85,24 @@ class ResultFiles:
             self._looked = time.monotonic()
             self._write_waiting()
 
+    def mark(self) -> FilesMark:
+        """Let all rows written so far reach the disk; return where the files end then."""
+        self._write_waiting()
+        if self._csv is None or self._parts is None:
+            return FilesMark(0, 0)
+        n_bytes = self._csv.sync()
+        self._parts.sync()
+        sync_folder(self.folder)
+        return FilesMark(self.n_rows, n_bytes)
+
     def close(self) -> None:
         """Write what is left, and make one Parquet file of the parts."""
         self._write_waiting()
         if self._csv is not None and self._parts is not None:
+            if self._parts.is_durable:
+                self._csv.sync()
             self._csv.close()
+            self._csv.settle(self.csv)
             self._parts.join(self.parquet)
 
     def rescue(self, folder: Path | None = None) -> None:
@@ -74,6 +117,8 @@ class ResultFiles:
         if self._csv is None or self._parts is None:
             return
         self._csv.keep_whole_rows()
+        with contextlib.suppress(OSError):
+            self._csv.settle(self.csv)
         with contextlib.suppress(OSError):
             if not self._csv.is_in_place():
                 into.mkdir(parents=True, exist_ok=True)
@@ -100,23 +145,45 @@ class ResultFiles:
 
         table = pa.concat_tables(self._waiting)
         if self._csv is None or self._parts is None:
-            self._csv = _Csv(self.csv, table.schema)
+            hidden = self.csv.with_name(f".{CSV}.new")
+            self._csv = _Csv(hidden if self._at_once else self.csv, table.schema)
             self._parts = _Parts(self.folder, table.schema)
         self._waiting.clear()
         self._csv.write(table)
         self._parts.write(table)
         self.n_rows += len(table)
 
+    def _go_on(self, mark: FilesMark) -> None:
+        try:
+            parts = _parts_up_to(mark.n_rows, self.folder)
+            size = self.csv.stat().st_size
+            if size < mark.csv_bytes:
+                raise DataError(f"{self.csv}: is too short, got {size} bytes, expected {mark.csv_bytes}")
+            if not parts:
+                raise DataError(f"{self.folder}: no parts of {PARQUET}, expected {mark.n_rows} rows in them")
+            schema = _schema_of(parts[0])
+            self._csv = _Csv(self.csv, schema, keeps=mark.csv_bytes)
+        except OSError as error:
+            said = error.strerror or str(error)
+            raise DataError(f"{self.folder}: its results cannot be continued: {said}") from None
+        self._parts = _Parts(self.folder, schema, parts)
+        self.n_rows = mark.n_rows
+
 
 class _Csv:
     """The CSV file, with the length that it had after its last whole block of rows."""
 
-    def __init__(self, path: Path, schema: Any) -> None:
+    def __init__(self, path: Path, schema: Any, keeps: int = 0) -> None:
+        """Open it; the first bytes of a file that is there may be kept."""
         from pyarrow import csv
 
         self._path = path
-        self._file: IO[bytes] = path.open("w+b", buffering=0)
-        self._writer = csv.CSVWriter(_Unclosed(self._file), schema)
+        self._file: IO[bytes] = path.open("r+b" if keeps else "w+b", buffering=0)
+        if keeps:
+            self._file.truncate(keeps)
+            self._file.seek(keeps)
+        options = csv.WriteOptions(include_header=not keeps)
+        self._writer = csv.CSVWriter(_Unclosed(self._file), schema, write_options=options)
         self._whole = self._file.tell()
 
     def write(self, table: Any) -> None:
@@ -128,13 +195,17 @@ class _Csv:
 
     def is_in_place(self) -> bool:
         """Whether the path still leads to the file that is written."""
+        if self._file.closed:
+            return self._path.exists()
         try:
             return os.path.samestat(os.stat(self._path), os.fstat(self._file.fileno()))
         except OSError:
             return False
 
     def keep_whole_rows(self) -> None:
-        """Cut off what a write that failed left of its last row."""
+        """Cut off what a write that failed left of its last row; a file that was ended has none."""
+        if self._file.closed:
+            return
         self._file.seek(self._whole)
         begun = self._file.read()
         self._file.truncate(self._whole + begun.rfind(b"\n") + 1)
@@ -146,10 +217,21 @@ class _Csv:
             while block := self._file.read(2**20):
                 copy.write(block)
 
+    def sync(self) -> int:
+        """Let it reach the disk; return its length."""
+        os.fsync(self._file.fileno())
+        return self._whole
+
     def close(self) -> None:
         with contextlib.suppress(OSError):
             self._writer.close()
         self._file.close()
+
+    def settle(self, path: Path) -> None:
+        """Give a file that was written under another name its own."""
+        if self._path != path:
+            self._path.replace(path)
+            self._path = path
 
 
 class _Unclosed:
@@ -179,11 +261,13 @@ class _Unclosed:
 class _Parts:
     """Parquet files of some rows each, which appear under their names when they are complete."""
 
-    def __init__(self, folder: Path, schema: Any) -> None:
+    def __init__(self, folder: Path, schema: Any, paths: list[Path] | None = None) -> None:
         self.schema = schema
         self._folder = folder
         self._tables: list[Any] = []
-        self._paths: list[Path] = []
+        self._paths = paths or []
+        self._n_synced = 0
+        self.is_durable = paths is not None
         self._begin = self._last = time.monotonic()
 
     def write(self, table: Any) -> None:
@@ -192,7 +276,7 @@ class _Parts:
         now = time.monotonic()
         n_bytes = sum(t.nbytes for t in self._tables)
         if now - self._last > max(_PART_SECONDS, _PART_SHARE * (now - self._begin)) or n_bytes > _PART_BYTES:
-            self._write_part()
+            self.flush()
             self._last = time.monotonic()
 
     def is_empty(self) -> bool:
@@ -201,29 +285,72 @@ class _Parts:
 
     def join(self, path: Path) -> None:
         """Write the last rows, and make one file of all parts; they go when it is complete."""
+        import pyarrow as pa
+
         if self._paths:
-            self._write_part()
-        with _appearing(path) as new, _writer(new, self.schema) as writer:
+            self.flush()
+        with appearing(path, is_durable=self.is_durable) as new, _writer(new, self.schema) as writer:
+            groups = _RowGroups(writer, self.schema)
             for part in self._paths:
                 for batch in _batches(part):
-                    writer.write_batch(batch)
+                    groups.write(pa.Table.from_batches([batch], schema=self.schema))
             for table in self._tables:
-                writer.write_table(table)
+                groups.write(table)
+            groups.close()
         self._tables.clear()
         for part in self._paths:
             part.unlink()
         self._paths.clear()
 
-    def _write_part(self) -> None:
+    def sync(self) -> None:
+        """Let all rows reach the disk, as parts, and the whole file at the end."""
+        self.is_durable = True
+        self.flush()
+        for part in self._paths[self._n_synced :]:
+            sync_file(part)
+        self._n_synced = len(self._paths)
+
+    def flush(self) -> None:
+        """Write the rows that wait as a part."""
         if not self._tables:
             return
         import pyarrow as pa
 
-        path = self._folder / PARTS.replace("*", f"{len(self._paths) + 1:05d}")
-        with _appearing(path) as new, _writer(new, self.schema) as writer:
+        path = _part(self._folder, len(self._paths) + 1)
+        with appearing(path) as new, _writer(new, self.schema) as writer:
             writer.write_table(pa.concat_tables(self._tables))
         self._paths.append(path)
         self._tables.clear()
+
+
+class _RowGroups:
+    """Writes row groups of one size, however many rows come at a time: the same rows, the same bytes."""
+
+    def __init__(self, writer: Any, schema: Any) -> None:
+        self._writer = writer
+        self._size = max(1, min(_GROUP_ROWS, _GROUP_BYTES // (8 * len(schema))))
+        self._waiting: list[Any] = []
+        self._n_waiting = 0
+
+    def write(self, table: Any) -> None:
+        """Append rows."""
+        while len(table):
+            taken = table.slice(0, self._size - self._n_waiting)
+            table = table.slice(len(taken))
+            self._waiting.append(taken)
+            self._n_waiting += len(taken)
+            if self._n_waiting == self._size:
+                self.close()
+
+    def close(self) -> None:
+        """Write the rows that wait as a group."""
+        if not self._waiting:
+            return
+        import pyarrow as pa
+
+        self._writer.write_table(pa.concat_tables(self._waiting).combine_chunks(), row_group_size=self._size)
+        self._waiting.clear()
+        self._n_waiting = 0
 
 
 def existing(folder: Path) -> dict[str, str]:
@@ -237,7 +364,7 @@ def existing(folder: Path) -> dict[str, str]:
 
 def write_result(result: Result, folder: Path) -> ResultFiles:
     """Write a whole result; OSError if that cannot be, with the files that could be written in place."""
-    files = ResultFiles(folder)
+    files = ResultFiles(folder, at_once=True)
     try:
         files.write(result)
         files.close()
@@ -259,15 +386,68 @@ def read_csv(path: Path) -> Result:
     return Result(columns[0], names, ("",) * len(names), values)
 
 
-@contextlib.contextmanager
-def _appearing(path: Path) -> Iterator[Path]:
-    """Write a file under another name first: under its own it is complete, or it is not there."""
-    new = path.with_name(f".{path.name}.new")
-    try:
-        yield new
-        new.replace(path)
-    finally:
-        new.unlink(missing_ok=True)
+def _part(folder: Path, number: int) -> Path:
+    return folder / PARTS.replace("*", f"{number:05d}")
+
+
+def _schema_of(path: Path) -> Any:
+    import pyarrow as pa
+    from pyarrow import parquet
+
+    with parquet.ParquetFile(str(path)) as file:
+        found = file.schema_arrow
+    fields = [field.with_metadata({"unit": (field.metadata or {}).get(b"unit", b"")}) for field in found]
+    return pa.schema(fields)
+
+
+def _parts_up_to(n_rows: int, folder: Path) -> list[Path]:
+    """
+    Keep the first rows of what an earlier process left as parts, and nothing after them.
+
+    A run that was interrupted has made one file of its parts: that becomes a part again.
+
+    Raises:
+        DataError: If there are fewer rows.
+    """
+    whole = folder / PARQUET
+    if whole.exists():
+        for part in folder.glob(PARTS):
+            part.unlink()
+        whole.replace(_part(folder, 1))
+    kept: list[Path] = []
+    left = n_rows
+    for path in sorted(folder.glob(PARTS)):
+        n = _n_rows(path) if left else 0
+        if left == 0:
+            path.unlink()
+            continue
+        if n > left:
+            _cut(path, left)
+        kept.append(path)
+        left -= min(n, left)
+    if left:
+        raise DataError(f"{folder}: parts of {PARQUET}: got {n_rows - left} rows, expected {n_rows}")
+    return kept
+
+
+def _n_rows(path: Path) -> int:
+    from pyarrow import parquet
+
+    with parquet.ParquetFile(str(path)) as file:
+        return int(file.metadata.num_rows)
+
+
+def _cut(path: Path, n: int) -> None:
+    """Keep the first n rows of a part."""
+    import pyarrow as pa
+
+    schema = _schema_of(path)
+    with appearing(path, is_durable=True) as new, _writer(new, schema) as writer:
+        groups = _RowGroups(writer, schema)
+        for batch in _batches(path):
+            groups.write(pa.Table.from_batches([batch.slice(0, n)], schema=schema))
+            n -= min(n, len(batch))
+        groups.close()
 
 
 @contextlib.contextmanager
@@ -290,7 +470,7 @@ def _parquet_of_csv(source: Path, target: Path, schema: Any) -> None:
 
     types = csv.ConvertOptions(column_types={field.name: field.type for field in schema})
     reader = csv.open_csv(str(source), convert_options=types)
-    with reader, _appearing(target) as new, _writer(new, schema) as writer:
+    with reader, appearing(target) as new, _writer(new, schema) as writer:
         for batch in reader:
             writer.write_batch(batch.replace_schema_metadata(None).cast(schema))
 

@@ -14,6 +14,8 @@ from .lock import FileLock, Held
 SUMMARY, PICTURE, LOG = "summary.json", "plots.png", "fmu.log"
 MANIFEST, PAGE = "manifest.json", "run.html"
 CSV, PARQUET, PARTS = "result.csv", "result.parquet", "result.part-*.parquet"
+CHECKPOINT, CHECKPOINT_ROWS = "checkpoint", "checkpoint.rows"
+_UNFINISHED = (".*.new", "*.partial")  # left by a process that was killed
 
 RESCUED = "-rescued"  # after the name of a folder that takes no files any more
 
@@ -28,13 +30,14 @@ class OutputFolder:
         DataError: If it cannot be made or written, or another run writes there.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, *, goes_on: bool = False) -> None:
+        """Take the folder, empty but for a run that `goes_on`: that keeps its rows and its checkpoint."""
         self.path = path.absolute()
         self.shown = path
         try:
             path.mkdir(parents=True, exist_ok=True)
             self._lock = FileLock(path / ".dockloop.lock")
-            self._remove_old()  # before the rest: an old result may fill the disk
+            self._remove_old(goes_on)  # before the rest: an old result may fill the disk
             self._lock.fill(_RESERVE)
         except Held as held:
             raise DataError(
@@ -86,12 +89,15 @@ class OutputFolder:
     ) -> None:
         self._lock.release()
 
-    def _remove_old(self) -> None:
+    def _remove_old(self, goes_on: bool) -> None:
         """Remove the results of an older run, the summary first."""
-        for name in (SUMMARY, MANIFEST, PAGE, PICTURE, LOG, CSV, PARQUET):
+        of_the_end = (SUMMARY, PAGE, PICTURE)
+        of_the_way = (CHECKPOINT, CHECKPOINT_ROWS, MANIFEST, LOG, CSV, PARQUET)
+        for name in of_the_end if goes_on else (*of_the_end, *of_the_way):
             (self.path / name).unlink(missing_ok=True)
-        for part in self.path.glob(PARTS):
-            part.unlink()
+        for pattern in _UNFINISHED if goes_on else (*_UNFINISHED, PARTS):
+            for file in self.path.glob(pattern):
+                file.unlink(missing_ok=True)
 
 
 def reason(error: BaseException) -> str:

@@ -120,6 +120,19 @@ class Recorder:
         self.n_rows = n
         self._n_kept = n
 
+    @property
+    def kept(self) -> Floats:
+        """Rows in memory, shape (n, signals)."""
+        return self._table[: self._n_kept]
+
+    def go_on(self, n_rows: int, kept: Floats) -> None:
+        """Go on after `n_rows` rows that another process recorded, of which `kept` stay in memory."""
+        self.n_rows = n_rows
+        self._n_kept = 0
+        self._grow(len(kept))
+        self._table[: len(kept)] = kept
+        self._n_kept = len(kept)
+
     def as_result(self, rows: Floats) -> Result:
         """Return rows collected elsewhere from the first one on, shape (n, signals), as a result."""
         return self._result(np.arange(len(rows)), rows)

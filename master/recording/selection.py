@@ -34,12 +34,12 @@ class Selection:
 
 
 class SelectedRows:
-    """A sink that passes on what is selected."""
+    """A sink that passes on what is selected, from row `first_row` of the run on."""
 
-    def __init__(self, selection: Selection, sink: Sink) -> None:
+    def __init__(self, selection: Selection, sink: Sink, first_row: int = 0) -> None:
         self._selection = selection
         self._sink = sink
-        self._n_rows = 0
+        self._n_rows = first_row
 
     def write(self, result: Result) -> None:
         """Take rows that follow those written before."""

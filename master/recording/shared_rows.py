@@ -34,6 +34,10 @@ class SharedRows:
         self._table = np.frombuffer(memory, np.float64, self.capacity * n_signals)
         self._table = self._table.reshape(self.capacity, n_signals)
 
+    def go_on(self, n_rows: int) -> None:
+        """Go on after rows that were taken in another process."""
+        self._cells[WRITTEN] = self._cells[CONSUMED] = n_rows
+
     def most(self, wanted: int) -> int:
         """Return how many rows there is room for, at most as wanted; waits for the first one."""
         written = int(self._cells[WRITTEN])

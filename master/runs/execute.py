@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
 
 from master.errors import FmuError
@@ -11,16 +13,32 @@ from master.evaluation.report import Report, load_libraries, save_run
 from master.fmi.messages import LogFile
 from master.process import signals
 from master.process.signals import Interruption
+from master.recording.checkpoints import (
+    CheckpointFiles,
+    Durable,
+    read_checkpoint,
+    remove_checkpoint,
+)
 from master.recording.files import ResultFiles
 from master.recording.folder import LOG, OutputFolder
 from master.recording.selection import SelectedRows
 from master.stepping.apart import simulate_apart
-from master.stepping.outcome import FAILED, Outcome, ProgressCallback, RunOptions
+from master.stepping.outcome import (
+    COMPLETED,
+    DIVERGED,
+    FAILED,
+    TERMINATED,
+    Outcome,
+    ProgressCallback,
+    RunOptions,
+)
 from master.stepping.pacing import Pacer
 
-from .manifest import Described, write_manifest
+from .manifest import RUNNING, Described, write_manifest
 
 ROWS_IN_MEMORY = 100_000
+AT_ITS_END = (COMPLETED, DIVERGED, TERMINATED)
+"""Statuses of a run that would end the same way if it went on again."""
 
 Shown = Callable[[], ProgressCallback]
 
@@ -33,6 +51,7 @@ def run_into(
     level: str | None = None,
     *,
     page: bool = False,
+    goes_on: bool = False,
 ) -> tuple[Report, Interruption]:
     """
     Step a system and save what it computes.
@@ -44,21 +63,29 @@ def run_into(
         pacer: Paces the ticks on the clock.
         level: Which messages of FMUs go to a file; None for none.
         page: Whether to write a page with plots, parameters and manifest.
+        goes_on: Whether to go on from the last checkpoint in the folder, if there is one yet.
 
     Returns:
         The summary, and the signals that came meanwhile.
 
     Raises:
-        DataError: If the folder cannot be written.
+        DataError: If the folder cannot be written, or its checkpoint is damaged.
         FmuError: If an FMU cannot be loaded or initialised; the folder has a manifest that says so.
     """
     experiment = described.experiment
-    with signals.noted() as interruption, OutputFolder(path) as folder:
-        is_long = experiment.grid.n_ticks > ROWS_IN_MEMORY
-        streamed = ResultFiles(path) if is_long else None
-        log_file = None if level is None else LogFile(folder.path / LOG, level)
+    with signals.noted() as interruption, OutputFolder(path, goes_on=goes_on) as folder:
+        last = read_checkpoint(path) if goes_on else None
+        is_long = experiment.grid.n_ticks > ROWS_IN_MEMORY or described.checkpoints is not None
+        streamed = ResultFiles(path, mark=None if last is None else last.mark.files) if is_long else None
+        log_file = None if level is None else LogFile(folder.path / LOG, level, goes_on=last is not None)
+        durable = None
+        if described.checkpoints is not None and streamed is not None:
+            files = CheckpointFiles(path, 0 if last is None else last.mark.n_kept)
+            durable = Durable(described.checkpoints.interval, files, streamed, last)
+            write_manifest(described.manifest(RUNNING, 0, folder.path), folder.path)
+        run = _Run(described, pacer, streamed, interruption, log_file, durable)
         try:
-            outcome = _simulated(described, pacer, streamed, interruption, log_file, progress)
+            outcome = run.simulate(progress)
         except FmuError:
             _describe_failure(described, folder)
             raise
@@ -74,7 +101,11 @@ def run_into(
                 files["page"] = str(write_page(experiment, outcome, manifest, folder.shown))
             return files
 
-        return save_run(experiment, outcome, folder, streamed, interruption, more), interruption
+        report = save_run(experiment, outcome, folder, streamed, interruption, more)
+        if report.status in AT_ITS_END:
+            with suppress(OSError):  # it is of no use, and harms nobody
+                remove_checkpoint(folder.path)
+        return report, interruption
 
 
 def _describe_failure(described: Described, folder: OutputFolder) -> None:
@@ -85,37 +116,51 @@ def _describe_failure(described: Described, folder: OutputFolder) -> None:
         return
 
 
-def _simulated(
-    described: Described,
-    pacer: Pacer | None,
-    streamed: ResultFiles | None,
-    interruption: Interruption,
-    log_file: LogFile | None,
-    progress: Shown,
-) -> Outcome:
-    experiment = described.experiment
-    grid = experiment.grid
-    options = RunOptions(
-        limits=experiment.limits,
-        compared=experiment.compared,
-        scenario=experiment.scenario,
-        inputs=experiment.inputs,
-        pacer=pacer,
-        sink=None if streamed is None else SelectedRows(experiment.selection, streamed),
-        keep_every=1 if streamed is None else math.ceil(grid.n_ticks / ROWS_IN_MEMORY),
-    )
+@dataclass(frozen=True)
+class _Run:
+    """What a run needs besides its system."""
 
-    def meanwhile() -> None:
-        load_libraries()
-        described.look()
+    described: Described
+    pacer: Pacer | None
+    streamed: ResultFiles | None
+    interruption: Interruption
+    log_file: LogFile | None
+    durable: Durable | None
 
-    return simulate_apart(
-        experiment.system,
-        experiment.schedule,
-        grid,
-        options,
-        interruption,
-        progress,
-        log_file,
-        meanwhile,
-    )
+    def simulate(self, progress: Shown) -> Outcome:
+        """Step the system."""
+        experiment = self.described.experiment
+        grid = experiment.grid
+        first_row = 0
+        if self.durable is not None and self.durable.begin_at is not None:
+            first_row = self.durable.begin_at.mark.n_rows
+        sink = None
+        keep_every = 1
+        if self.streamed is not None:
+            sink = SelectedRows(experiment.selection, self.streamed, first_row)
+            keep_every = max(1, math.ceil(grid.n_ticks / ROWS_IN_MEMORY))
+        options = RunOptions(
+            limits=experiment.limits,
+            compared=experiment.compared,
+            scenario=experiment.scenario,
+            inputs=experiment.inputs,
+            pacer=self.pacer,
+            sink=sink,
+            keep_every=keep_every,
+            durable=self.durable,
+        )
+
+        def meanwhile() -> None:
+            load_libraries()
+            self.described.look()
+
+        return simulate_apart(
+            experiment.system,
+            experiment.schedule,
+            grid,
+            options,
+            self.interruption,
+            progress,
+            self.log_file,
+            meanwhile,
+        )

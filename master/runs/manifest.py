@@ -27,6 +27,8 @@ from master.ssp.names import SUFFIXES
 from .hashes import sha256
 
 FORMAT = 1
+RUNNING = "running"
+"""Status in the manifest of a run that goes on, or was killed."""
 GIVEN = "--inputs"
 """Name of the table that the command gives."""
 _PACKAGES = ("numpy", "numba", "pyarrow")
@@ -70,13 +72,30 @@ class Asked(_Part):
         return Request(**self.model_dump())
 
 
+class Checkpointing(_Part):
+    """How a run makes checkpoints, each `interval` [s], and what `resume` needs to know to end it alike."""
+
+    interval: float
+    log: str | None = None
+    page: bool = False
+
+
+class Resumption(_Part):
+    """From which tick a run went on, and when."""
+
+    tick: int
+    started: str
+
+
 class Manifest(_Part):
     """
     What a run was made of.
 
     `configuration` is as it was given (a name or a path) and as a file; `set` of `asked` are `assignments`.
     `seeds` are those of FMUs (parameters whose names contain `seed`) and of events, `results` the hashes of
-    the result files, `duration` the time of the whole run with its saving [s].
+    the result files, `duration` the time of the whole run with its saving [s], pauses before it was resumed
+    included. While a run goes on its `status` is `running`; `checkpoints` says how it can be resumed, and
+    `resumed` how often it was.
     """
 
     format: int
@@ -94,6 +113,8 @@ class Manifest(_Part):
     status: str
     steps: int
     results: dict[str, str]
+    checkpoints: Checkpointing | None = None
+    resumed: tuple[Resumption, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -119,6 +140,8 @@ class Described:
     request: Request
     experiment: Experiment
     started: datetime = field(default_factory=lambda: datetime.now(UTC))
+    checkpoints: Checkpointing | None = None
+    resumed: tuple[Resumption, ...] = ()
     _ingredients: Ingredients | None = None
 
     def look(self) -> Ingredients:
@@ -146,7 +169,9 @@ class Described:
             duration=(datetime.now(UTC) - self.started).total_seconds(),
             status=status,
             steps=steps,
-            results=result_hashes(folder),
+            results={} if status == RUNNING else result_hashes(folder),
+            checkpoints=self.checkpoints,
+            resumed=self.resumed,
         )
 
 
@@ -214,7 +239,8 @@ def write_manifest(manifest: Manifest, folder: Path) -> Path:
         OSError: If it cannot be written; there is none then.
     """
     path = folder / MANIFEST
-    write_whole(path, json.dumps(manifest.model_dump(mode="json"), indent=2) + "\n")
+    text = json.dumps(manifest.model_dump(mode="json"), indent=2) + "\n"
+    write_whole(path, text, is_durable=manifest.checkpoints is not None)
     return path
 
 

@@ -105,6 +105,24 @@ def _repeated(
     progress: Callable[[Experiment], Shown],
     building: Progress,
 ) -> Repeated:
+    described = described_again(first, building)
+    experiment = described.experiment
+    changed = changed_inputs(first, described.look()) + _changed_results(first, folder)
+    report, interruption = run_into(described, output, progress(experiment))
+    again = described.manifest(report.status, report.steps, output)
+    has_rows = bool(first.results and again.results)
+    comparison = compare_runs(read_run(folder), read_run(output)) if has_rows else None
+    return Repeated(first, report, changed, surroundings(first, again), comparison, interruption.number)
+
+
+def described_again(first: Manifest, building: Progress = silent) -> Described:
+    """
+    Prepare what a manifest describes.
+
+    Raises:
+        ConfigError: If the configuration is gone or wrong, with what of it has changed.
+        FmuError: If an FMU fails while a phase lead is designed.
+    """
     path = _configuration(first)
     request = first.asked.request()
     try:
@@ -114,13 +132,7 @@ def _repeated(
             raise
         said = Problem("has changed since the first run", where=str(path))
         raise ConfigError([said, *error.problems]) from None
-    described = Described(first.given, path, request, experiment)
-    changed = _changed_inputs(first, described.look()) + _changed_results(first, folder)
-    report, interruption = run_into(described, output, progress(experiment))
-    again = described.manifest(report.status, report.steps, output)
-    has_rows = bool(first.results and again.results)
-    comparison = compare_runs(read_run(folder), read_run(output)) if has_rows else None
-    return Repeated(first, report, changed, _surroundings(first, again), comparison, interruption.number)
+    return Described(first.given, path, request, experiment)
 
 
 def _configuration(first: Manifest) -> Path:
@@ -129,7 +141,8 @@ def _configuration(first: Manifest) -> Path:
     return path if path.is_file() else configuration(first.given)
 
 
-def _changed_inputs(first: Manifest, now: Ingredients) -> list[str]:
+def changed_inputs(first: Manifest, now: Ingredients) -> list[str]:
+    """Name each file and seed of a run that differs from the first run's, a line each."""
     lines = _changed("configuration", first.configuration, now.configuration)
     for kind, before, after in (("fmus", first.fmus, now.fmus), ("inputs", first.inputs, now.inputs)):
         for name in {**before, **after}:
@@ -163,7 +176,8 @@ def _changed_results(first: Manifest, folder: Path) -> list[str]:
     return lines
 
 
-def _surroundings(first: Manifest, again: Manifest) -> list[str]:
+def surroundings(first: Manifest, again: Manifest) -> list[str]:
+    """Name what else differs: version, commit, machine, packages; a line each."""
     before = {**first.dockloop, **first.machine}
     after = {**again.dockloop, **again.machine}
     return [

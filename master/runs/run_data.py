@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from master.errors import DataError
-from master.recording.folder import CSV, PARQUET
+from master.recording.folder import CSV, PARQUET, PARTS
 from master.recording.tables import read_table
 
 Floats = NDArray[np.float64]
@@ -41,12 +41,16 @@ def read_run(path: Path) -> RunData:
     Raises:
         DataError: If there is no such run, a cell is no number, or the times do not increase.
     """
-    file = _file_of(path)
-    table = read_table(file)
-    faults = [fault for own in table.faults.values() for fault in own]
+    files = _files_of(path)
+    file = files[0]
+    tables = [read_table(one) for one in files]
+    table = tables[0]
+    faults = [fault for one in tables for own in one.faults.values() for fault in own]
     if faults:
         raise DataError("\n".join(faults))
     columns = dict(table.columns)
+    if len(tables) > 1:
+        columns = {name: np.concatenate([one.columns[name] for one in tables]) for name in columns}
     name = next((c for wanted in _TIMES for c in columns if c.strip().lower() == wanted), None)
     if name is None:
         shown = ", ".join(columns) or "none"
@@ -60,12 +64,17 @@ def read_run(path: Path) -> RunData:
     return RunData(str(path), file, time, columns, _units(file))
 
 
-def _file_of(path: Path) -> Path:
+def _files_of(path: Path) -> list[Path]:
+    """Files that hold the rows; those of a run that goes on, or was killed, are in whole parts."""
     if not path.is_dir():
-        return path
-    for name in (PARQUET, CSV):
-        if (path / name).is_file():
-            return path / name
+        return [path]
+    whole = path / PARQUET
+    parts = sorted(path.glob(PARTS))
+    if parts and not whole.is_file():
+        return parts
+    for file in (whole, path / CSV):
+        if file.is_file():
+            return [file]
     raise DataError(f"{path}: no results, expected {PARQUET} or {CSV} in it")
 
 

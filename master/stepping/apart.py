@@ -14,7 +14,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from master.coupling.schedule import Schedule
-from master.errors import FmuError
+from master.errors import DataError, FmuError
 from master.fmi.messages import LogFile, MessageLog, Said
 from master.process import position, signals
 from master.process.child import IS_POSSIBLE, Answer, Child, put_off_last_work
@@ -22,6 +22,7 @@ from master.process.mailbox import Mailbox
 from master.process.position import Call
 from master.process.signals import Interruption
 from master.process.surroundings import standard_output_as_error
+from master.recording.checkpoints import Checkpoint, Mark
 from master.recording.folder import reason
 from master.recording.recorder import Recorder, Result
 from master.recording.shared_rows import SharedRows
@@ -29,7 +30,9 @@ from master.stepping.outcome import FAILED, INTERRUPTED, Outcome, ProgressCallba
 from master.system.graph import System
 from master.system.grid import Grid
 
+from .posted import PostedSnapshots
 from .recorded import recorded_ports
+from .snapshot import Snapshot
 
 _PATIENCE = {signal.SIGINT: math.inf}  # until the user insists
 _USUAL_PATIENCE = 5.0
@@ -129,6 +132,19 @@ class _Run:
         )
         self.storage_fault = ""
         self.messages = Mailbox()
+        self.durable = durable = options.durable
+        self.posted = None if durable is None else PostedSnapshots(durable.interval)
+        self.begin_at: Snapshot | None = None
+        if durable is not None and durable.begin_at is not None:
+            self._go_on_from(durable.begin_at)
+
+    def _go_on_from(self, checkpoint: Checkpoint) -> None:
+        try:
+            self.begin_at = Snapshot.from_bytes(checkpoint.state)
+        except ValueError as error:
+            raise DataError(f"checkpoint: {error}") from None
+        self.rows.go_on(checkpoint.mark.n_rows)
+        self.recorder.go_on(checkpoint.mark.n_rows, checkpoint.kept)
 
     def begin(self) -> None:
         """Let the run begin in a process of its own."""
@@ -144,7 +160,9 @@ class _Run:
             if not was_killed and self._is_to_be_killed(interruption):
                 self.child.kill()
                 was_killed = True
-            self._save(int(self.position.cells[position.WRITTEN]))
+            written = int(self.position.cells[position.WRITTEN])
+            self._save_checkpoint()  # after the look at WRITTEN: no row of a later tick is saved before it
+            self._save(written)
             done = max(0, int(self.position.cells[position.WRITTEN]) - 1)
             progress(done - shown)
             shown = done
@@ -173,8 +191,23 @@ class _Run:
             except OSError as error:
                 self.storage_fault = reason(error)
 
+    def _save_checkpoint(self) -> None:
+        """Save what the run has posted, with the rows up to it."""
+        posted = None if self.posted is None else self.posted.take()
+        if posted is None or self.durable is None:
+            return
+        self._save(posted.tick + 1)
+        try:
+            if not self.storage_fault:
+                kept = self.recorder.kept
+                mark = Mark(self.recorder.n_rows, len(kept), self.durable.results.mark())
+                self.durable.files.save(mark, kept, posted.data)
+        except OSError as error:
+            self.storage_fault = reason(error)
+
     def _outcome(self, was_killed: bool) -> Outcome:
         end = self.rows.n_complete()
+        self._save_checkpoint()
         self._save(end)
         answer = self.child.mailbox.get()
         if isinstance(answer, Answer) and answer.error is not None:
@@ -217,7 +250,15 @@ class _Run:
         from . import simulate
 
         log = MessageLog(self.grid.time, self.log_file, self._hear)
-        options = replace(self.options, sink=None, keep_every=1, recorder=self.rows, log=log)
+        options = replace(
+            self.options,
+            sink=None,
+            keep_every=1,
+            recorder=self.rows,
+            log=log,
+            checkpoints=self.posted,
+            begin_at=self.begin_at,
+        )
         begun = simulate.running(self.system, self.schedule, self.grid, options=options)
         try:
             with begun as (outcome, _):

@@ -25,7 +25,7 @@ from master.system.grid import Grid
 from .compiler import build_program
 from .initialisation import initialise
 from .recorded import recorded_ports
-from .simulate import FATAL, SlaveFactory, free_states, load
+from .simulate import FATAL, SlaveFactory, free_states, load, load_all
 
 _Shape = tuple[tuple[tuple[str, int], ...], tuple[tuple[str, int], ...]]
 
@@ -91,14 +91,15 @@ class KeptSystem:
         self.is_spent = self.is_spent or error.status == FATAL
 
     def _renew(self, system: System) -> None:
-        """Load what is not loaded yet; of the rest make new instances."""
+        """Load the FMUs for the first run, make new instances for each later one."""
         failed = self._failed
         self._failed = {}
-        for name, instance in system.instances.items():
-            if name in self._slaves:
-                self._slaves[name].renew(failed=name in failed)
-            else:
-                self._slaves[name] = self._factory(name, instance.description)
+        if set(self._slaves) != set(system.instances):
+            self.close()
+            load_all(system, self._slaves, self._factory)
+            return
+        for name, slave in self._slaves.items():
+            slave.renew(failed=name in failed)
 
     def _fresh_program(self, system: System, options: RunOptions) -> Program:
         """Return the program as it is before the first tick of a run."""

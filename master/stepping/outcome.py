@@ -8,8 +8,10 @@ from typing import Any
 
 from master.errors import FmuError
 from master.fmi.messages import MessageLog, Said
+from master.recording.checkpoints import Durable
 from master.recording.recorder import Result, Rows, Sink
 from master.stepping.pacing import Pacer
+from master.stepping.snapshot import Checkpoints, Snapshot
 from master.system.inputs import MeasuredInputs
 from master.system.scenario import Scenario
 
@@ -35,7 +37,9 @@ class RunOptions:
     `limits`: largest magnitude by signal, beyond which the run has diverged. `compared`: signals that have to
     be finite even if nothing takes them. `scenario`: events. `pacer`: real time. `sink`: where all rows go;
     then every `keep_every`-th stays in memory. `recorder`: where rows are collected instead of in memory of
-    this process. `log`: takes the messages of FMUs. `inputs`: those under recordings.
+    this process. `log`: takes the messages of FMUs. `inputs`: those under recordings. `checkpoints`: takes
+    snapshots of the run; `begin_at`: the one that it goes on from. `durable`: where a run in a process of its
+    own has its checkpoints saved; its rows go to a sink then.
     """
 
     limits: Mapping[str, float] = field(default_factory=dict)
@@ -47,6 +51,9 @@ class RunOptions:
     recorder: Rows | None = None
     log: MessageLog | None = None
     inputs: MeasuredInputs = field(default_factory=MeasuredInputs)
+    checkpoints: Checkpoints | None = None
+    begin_at: Snapshot | None = None
+    durable: Durable | None = None
 
     def with_recorder(self, recorder: Rows) -> RunOptions:
         """Return the same with a place for the rows."""

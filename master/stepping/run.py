@@ -41,6 +41,7 @@ from .machine.operations import Deviation
 from .machine.program import Program
 from .recorded import recorded_ports
 from .scenario_player import ScenarioPlayer
+from .snapshot import Snapshot, arrays_of, layout_of, restore_arrays
 
 _CHUNK_SECONDS = 0.1
 _FIRST_CHUNK = 64
@@ -78,12 +79,54 @@ class RunLoop:
         return outcome
 
     def begin(self, execute: Execute) -> None:
-        """Record the initial values, and load the code of the loop."""
+        """Record the initial values, or take a snapshot's; load the code of the loop."""
         read_initial_values(self.system, self.slaves, self.program)
-        self.recorder.add(self.program.values[self.monitor.record][None, :])
+        snapshot = self.options.begin_at
+        if snapshot is None:
+            self.recorder.add(self.program.values[self.monitor.record][None, :])
+        else:
+            self._go_on_from(snapshot)
         self._execute(execute, 0)
+        self.position.cells[position.TICK] = self.done
         self.position.cells[position.STAGE] = position.STEPPING
-        self.seconds = 0.0
+        self.seconds = 0.0 if snapshot is None else snapshot.seconds
+
+    def snapshot(self) -> Snapshot:
+        """
+        Return the state of everything at the present tick.
+
+        Raises:
+            FmuError: If an FMU does not hand over its state.
+        """
+        return Snapshot(
+            tick=self.done,
+            seconds=self.seconds,
+            layout=layout_of(self.program, self.monitor),
+            fmus={name: slave.state_bytes() for name, slave in self.slaves.items()},
+            arrays=arrays_of(self.program, self.monitor),
+            player=self.player.as_json(),
+            messages=messages.current().state(),
+        )
+
+    def _go_on_from(self, snapshot: Snapshot) -> None:
+        """Let FMUs and memory have what they had; the FMUs are initialised as at the start of the run."""
+        restore_arrays(snapshot, self.program, self.monitor)
+        for name, slave in self.slaves.items():
+            slave.restore_bytes(snapshot.fmus[name])
+        self.player.restore_json(snapshot.player)
+        messages.current().restore(dict(snapshot.messages))
+        self.done = snapshot.tick
+
+    def _offer_snapshot(self, *, always: bool = False) -> Outcome | None:
+        """Hand a snapshot to who wants one; the outcome if an FMU does not give its state."""
+        checkpoints = self.options.checkpoints
+        if checkpoints is None or not (always or checkpoints.is_due()):
+            return None
+        try:
+            checkpoints.put(self.snapshot())
+        except FmuError as error:
+            return self._outcome(FAILED, error=error)
+        return None
 
     def advance(self, execute: Execute, ticks: int) -> Outcome | None:
         """Execute some ticks, at most to the end of the grid; the outcome if the run has ended."""
@@ -107,13 +150,16 @@ class RunLoop:
     def _step(self, execute: Execute, progress: ProgressCallback) -> Outcome:
         """Execute the ticks, in chunks."""
         pacer, chunk = self.options.pacer, _FIRST_CHUNK
-        self.player.look(self.monitor.triggers, 0)
-        if self.player.stopped is not None:
-            return self._stopped(self.player.stopped)
+        if self.done == 0:
+            self.player.look(self.monitor.triggers, 0)
+            if self.player.stopped is not None:
+                return self._stopped(self.player.stopped)
         with nullcontext() if pacer is None else pacer.pacing():
             while self.done < self.grid.n_ticks:
                 if self.position.cells[position.STOP]:
-                    return self._outcome(INTERRUPTED)
+                    return self._offer_snapshot(always=True) or self._outcome(INTERRUPTED)
+                if refused := self._offer_snapshot():
+                    return refused
                 self.player.advance(self.done)
                 if pacer is not None:
                     pacer.wait(self.done, self.grid.step_size)

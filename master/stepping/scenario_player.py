@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -48,6 +49,7 @@ class ScenarioPlayer:
         slaves: Mapping[str, Slave],
         grid: Grid,
     ) -> None:
+        self._scenario = scenario
         self._system = system
         self._program = program
         self._slaves = slaves
@@ -135,6 +137,27 @@ class ScenarioPlayer:
         self._before = dict(state.before)
         self.stopped = None
         self._happened = list(state.happened)
+
+    def as_json(self) -> dict[str, Any]:
+        """Return what has been played so far, for `restore_json` in another process."""
+        events = self._scenario.events
+        return {
+            "waiting": [[tick, events.index(event)] for tick, event in self._waiting],
+            "armed": list(self._armed),
+            "acting": [[end, a.target, list(a.columns.items()), a.value] for end, a in self._acting],
+            "before": dict(self._before),
+            "happened": [[one.condition, one.t] for one in self._happened],
+        }
+
+    def restore_json(self, state: Mapping[str, Any]) -> None:
+        """Go back to where it was in another process, with the same scenario."""
+        acting = [
+            (end, Action(target, {int(c): number for c, number in columns}, value))
+            for end, target, columns, value in state["acting"]
+        ]
+        waiting = tuple((tick, self._scenario.events[i]) for tick, i in state["waiting"])
+        happened = tuple(Happened(condition, t) for condition, t in state["happened"])
+        self.restore(PlayerState(waiting, tuple(state["armed"]), tuple(acting), state["before"], happened))
 
     def _begin(self, event: ScenarioEvent, tick: int) -> None:
         end = NEVER if event.duration is None else tick + self._grid.ticks_of(event.duration)

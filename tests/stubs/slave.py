@@ -8,6 +8,7 @@ so that an output that hangs on an input follows it before the first step.
 from __future__ import annotations
 
 import ctypes
+import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -87,6 +88,7 @@ class Block:
             variables=self.variables,
             delays=self.delays,
             can_get_and_set_state=True,
+            can_serialise_state=True,
             feedthrough=self.feedthrough,
             influences=self.influences,
         )
@@ -159,6 +161,12 @@ class Stub:
     def get(self, variables: Sequence[Variable]) -> list[float]:
         self._settle()
         return [self.values[v.name] for v in variables]
+
+    def state_bytes(self) -> bytes:
+        return json.dumps(self.values).encode()
+
+    def restore_bytes(self, data: bytes) -> None:
+        self.values = json.loads(data)
 
     def last_message(self) -> str:
         return self._messages[-1] if self._messages else ""

@@ -211,3 +211,17 @@ def test_the_runs_are_drawn_over_each_other(first, tmp_path, name):
         assert b"difference of ball.v" not in content
     else:
         assert content.startswith(b"\x89PNG")
+
+
+def test_the_rows_of_a_run_that_was_killed_are_those_of_its_parts_not_of_a_cut_csv(tmp_path):
+    whole = written(tmp_path / "whole", a_h=H)
+    killed = tmp_path / "killed"
+    for first, after in ((0, 2), (2, 5)):
+        part = written(tmp_path / "part", a_h=H)
+        result = Result(TIME[first:after], ("a.h",), ("m",), H[first:after, None])
+        write_result(result, part)
+        killed.mkdir(exist_ok=True)
+        (part / "result.parquet").rename(killed / f"result.part-0000{1 + (first > 0)}.parquet")
+    (killed / "result.csv").write_text('"time","a.h"\n0,1\n0.5,2\n1,4\n1.5,8\n2,1')  # of 16
+
+    assert compare(whole, killed).exit_code == 0
