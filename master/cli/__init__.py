@@ -17,6 +17,7 @@ COMMANDS = {
     "linearise": "linearise",
     "design-dpdc": "design_dpdc",
     "compare-methods": "compare_methods",
+    "rths": "rths",
     "reproduce": "reproduce",
     "case": "case",
     "diagnose": "diagnose",
@@ -33,7 +34,7 @@ GROUPS = {
     "run and look": ("run", "compare", "rerun", "examples"),
     "understand a system": ("check", "explain", "show", "analyse", "inspect"),
     "measured data": ("case", "diagnose", "replay"),
-    "compensation": ("design-dpdc", "compare-methods", "reproduce"),
+    "compensation": ("design-dpdc", "compare-methods", "rths", "reproduce"),
     "make and exchange": ("new", "build", "export-ssp", "linearise", "schema"),
     "the machine": ("doctor",),
 }
