@@ -24,11 +24,8 @@ from typing import Any
 from ..framework.arithmetic import Arithmetic
 from ..framework.model import Linear, Model, SlotFunction, Values, no_effect
 from ..framework.variables import declare, parameter, sampled, state, vector
-from .plant import LEAD, four_poles, inverse, lead_memory, lead_start, led_force, motion
+from .plant import LEAD, acceleration, four_poles, inverse, lead_memory, lead_start, led_force, motion
 from .plugs import TERMINALS
-
-LEVEL = 1e-6
-"""Amplitude of s_act below which nothing is learned [m]."""
 
 
 class Amb(Model):
@@ -39,6 +36,7 @@ class Amb(Model):
     variables = declare(
         parameter("rate", 1.0, "1/s", "Rate of the adaptation", minimum=0.0),
         parameter("filter_frequency", 20.0, "Hz", "Corner of the four poles", above=0.0),
+        parameter("level", 1e-6, "m", "Amplitude below which nothing is learned, above the noise", above=0.0),
         LEAD,
         vector(sampled(state("commanded", "m", "s_cmd after the filter"), hidden=True), 4),
         vector(sampled(state("reached", "m", "s_act after the filter"), hidden=True), 4),
@@ -51,14 +49,14 @@ class Amb(Model):
 
     def initial(self, x: Any, u: Any, p: Any, m: Arithmetic) -> Values:
         return {
-            **{"f_comp": u.f_mea, "s_cmd": u.s_des, **lead_start(u, p), "theta": (0.0,) * 4},
+            **{"f_comp": u.f_mea, "s_cmd": u.s_des, **lead_start(u, p, m), "theta": (0.0,) * 4},
             **{"commanded": (u.s_act,) * 4, "reached": (u.s_act,) * 4, "past": (u.s_act,) * 3},
         }
 
     def update(self, t: Any, x: Any, u: Any, p: Any, m: Arithmetic, slot: SlotFunction = no_effect) -> Values:
         T = p.sample_time
         f_comp = led_force(x, u, p)
-        now = motion(u.s_des, f_comp / p.m_s, x, p)
+        now = motion(u.s_des, acceleration(f_comp, u, p, m), x, p)
         d = inverse(p)
         wanted = (now.s, d.d1 * now.v, d.d2 * now.a, d.d3 * now.j)
         s_cmd = sum((1.0 + theta) * part for theta, part in zip(x.theta, wanted, strict=True))
@@ -77,7 +75,7 @@ class Amb(Model):
             d.d3 * thrice / (T * T * T),
         )
         left = commanded[3] - sum((1.0 + theta) * part for theta, part in zip(x.theta, phi, strict=True))
-        size = LEVEL * LEVEL + sum(part * part for part in phi)
+        size = p.level * p.level + sum(part * part for part in phi)
         theta = tuple(old + T * p.rate * part * left / size for old, part in zip(x.theta, phi, strict=True))
         return {
             **{"f_comp": f_comp, "s_cmd": s_cmd, "theta": theta},

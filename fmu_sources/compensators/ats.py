@@ -25,7 +25,7 @@ from typing import Any
 from ..framework.arithmetic import Arithmetic
 from ..framework.model import Linear, Model, SlotFunction, Values, no_effect
 from ..framework.variables import declare, parameter, sampled, state, vector
-from .plant import LEAD, four_poles, inverse, lead_memory, lead_start, led_force, motion
+from .plant import LEAD, acceleration, four_poles, inverse, lead_memory, lead_start, led_force, motion
 from .plugs import TERMINALS
 
 PRIOR = 1e-10
@@ -56,7 +56,7 @@ class Ats(Model):
 
     def initial(self, x: Any, u: Any, p: Any, m: Arithmetic) -> Values:
         return {
-            **{"f_comp": u.f_mea, "s_cmd": u.s_des, **lead_start(u, p)},
+            **{"f_comp": u.f_mea, "s_cmd": u.s_des, **lead_start(u, p, m)},
             **{"commanded": (u.s_act,) * 4, "reached": (u.s_act,) * 4, "past": (u.s_act,) * 2},
             **{"normal": (0.0,) * 6, "right": (0.0,) * 3},
         }
@@ -64,7 +64,7 @@ class Ats(Model):
     def update(self, t: Any, x: Any, u: Any, p: Any, m: Arithmetic, slot: SlotFunction = no_effect) -> Values:
         T = p.sample_time
         f_comp = led_force(x, u, p)
-        now = motion(u.s_des, f_comp / p.m_s, x, p)
+        now = motion(u.s_des, acceleration(f_comp, u, p, m), x, p)
         d = inverse(p)
         changes = _solved(x.normal, x.right)
         bounded = [m.where(c > p.bound, p.bound, m.where(c < -p.bound, -p.bound, c)) for c in changes]

@@ -20,7 +20,7 @@ from typing import Any
 from ..framework.arithmetic import Arithmetic
 from ..framework.model import Model, SlotFunction, Values, no_effect
 from ..framework.variables import declare
-from .plant import LEAD, command, inverse, lead_memory, lead_start, led_force, motion
+from .plant import LEAD, acceleration, command, inverse, lead_memory, lead_start, led_force, motion
 from .plugs import TERMINALS
 
 
@@ -36,11 +36,11 @@ class Inverse3(Model):
     sample_time = "sample_time"
 
     def initial(self, x: Any, u: Any, p: Any, m: Arithmetic) -> Values:
-        return {"f_comp": u.f_mea, "s_cmd": u.s_des, **lead_start(u, p)}
+        return {"f_comp": u.f_mea, "s_cmd": u.s_des, **lead_start(u, p, m)}
 
     def update(self, t: Any, x: Any, u: Any, p: Any, m: Arithmetic, slot: SlotFunction = no_effect) -> Values:
         f_comp = led_force(x, u, p)
-        now = motion(u.s_des, f_comp / p.m_s, x, p)
+        now = motion(u.s_des, acceleration(f_comp, u, p, m), x, p)
         return {
             **{"f_comp": f_comp, "s_cmd": command(now, inverse(p))},
             **lead_memory(u, now.a),

@@ -23,7 +23,17 @@ from typing import Any
 from ..framework.arithmetic import Arithmetic
 from ..framework.model import Linear, Model, SlotFunction, Values, no_effect
 from ..framework.variables import declare, parameter, sampled, state, switch, vector
-from .plant import LEAD, command, four_poles, inverse, lead_memory, lead_start, led_force, motion
+from .plant import (
+    LEAD,
+    acceleration,
+    command,
+    four_poles,
+    inverse,
+    lead_memory,
+    lead_start,
+    led_force,
+    motion,
+)
 from .plugs import TERMINALS
 
 NOTHING_LEARNED = 1e12
@@ -59,7 +69,7 @@ class Qi(Model):
 
     def initial(self, x: Any, u: Any, p: Any, m: Arithmetic) -> Values:
         return {
-            **{"f_comp": u.f_mea, "s_cmd": u.s_des, **lead_start(u, p), "last_s_act": u.s_act},
+            **{"f_comp": u.f_mea, "s_cmd": u.s_des, **lead_start(u, p, m), "last_s_act": u.s_act},
             **{"force": (u.f_mea,) * 4, "elongation": (u.s_act - u.x,) * 4},
             **{"normal": (0.0,) * 3, "right": (0.0,) * 2},
         }
@@ -83,7 +93,7 @@ class Qi(Model):
         c = p.damping + ((n00 + PRIOR) * r1 - n01 * r0) / determinant * p.time_scale
         missing = u.s_des - u.s_act
         f_comp = f_l - k * missing - c * (missing - (x.last_s_des - x.last_s_act)) / T
-        now = motion(u.s_des, f_comp / p.m_s, x, p)
+        now = motion(u.s_des, acceleration(f_comp, u, p, m), x, p)
         return {
             **{"f_comp": f_comp, "s_cmd": m.where(p.inverse, command(now, inverse(p)), u.s_des)},
             **lead_memory(u, now.a),

@@ -5,6 +5,7 @@ Robust compensation: models of contact and plant that correct themselves, and sa
     y_d, y_0 = G(q) (s_des - x), G(q) (s_act - x),   y_a = y_0 with the lag T_f_hat of the sensor
     t_s    = c_m/k_m + c_p/k_p - (c_m + c_p)/(k_m + k_p)                  loss of the contact as a time
     w_1    : m_s w^2 (k_m + k_p - m_e w^2) = k_m k_p, the lower root      loop frequency of the prior
+    with the contact `direct`:  y = k_m s + c_m (s - s(k-1))/T,   t_s = c_m/k_m,   w_1 = sqrt(k_m/m_s)
 
 What is wrong in the prior is a share kappa of the stiffness and a time epsilon, of the lag of the sensor or
 of the damping, c/k; one oscillation does not tell these two apart, `latency_tolerance` does (w_T below):
@@ -23,12 +24,14 @@ of the damping, c/k; one oscillation does not tell these two apart, `latency_tol
                r = f_l + (1 + kappa) y_l + (epsilon_a - kappa t_s) y_l'
     force      f_comp = -(1 + kappa) y_d - ((1 - w_T) epsilon_a - kappa t_s) y_d' + r + f_e
                w_T = tol_latency^2/(tol_latency^2 + (damping_tolerance t_s)^2)
+               where f_comp is late on its way to the mass, y_d is y_d + force_delay y_d'
     share      r in two bands, split at 3 Hz, each by how much of its variance is not noise; the upper one
                only where sigma is above 1 % of the force
     undone     the motion that a wrong epsilon has made, x_t: m_s x_t'' = w_T y_l' - k x_t - c x_t';
                what is adopted, d, adds d (x_t, x_t') to the error (e, e') to be taken back,
                f_e = m_s (w_c^2 e + 2 w_c e') - k e - c e',   e'' = -w_c^2 e - 2 w_c e',   w_c = 1/retro_time
-    command    u = s + d_1 v + d_2 a + d_3 j,   a = f_comp/m_s,   1/M(s) = 1 + d_1 s + d_2 s^2 + d_3 s^3 + ...
+    command    u = s + d_1 v + d_2 a + d_3 j,   a = f_comp/m_s, or a_des where other forces act on the mass,
+               exp(advance s)/M(s) = 1 + d_1 s + d_2 s^2 + d_3 s^3 + ...
                s_cmd = (1 + g) u + h u',   (g, h) by a Kalman filter on s_cmd and s_act after four poles at
                plant_prefilter w_1
 
@@ -45,14 +48,15 @@ Valid    One axis. Where a stiffness varies with time and the lag of the sensor 
 
 from __future__ import annotations
 
+from enum import IntEnum
 from typing import Any, NamedTuple
 
 from ..compensator.difference import process_parameters
 from ..docking_contact.equations import PARAMETERS as CONTACT_PARAMETERS
 from ..framework.arithmetic import Arithmetic
 from ..framework.model import Linear, Model, SlotFunction, Values, no_effect
-from ..framework.variables import Variable, declare, parameter, sampled, state, switch, vector
-from .plant import M_S, PLANT, T_F_HAT, four_poles, inverse
+from ..framework.variables import Variable, choice, declare, parameter, sampled, state, switch, vector
+from .plant import M_S, PLANT, T_F_HAT, USES_A_DES, acceleration, four_poles, inverse
 from .plugs import INPUTS, OUTPUTS, SAMPLE_TIME, TERMINALS
 
 BILINEAR = 0.5
@@ -79,15 +83,37 @@ LEAST_STIFFNESS = -0.95
 LARGEST_STIFFNESS = 2.0
 LAG_TOLERANCE = 0.3
 LATENCY_WITHOUT_LAG = 5e-4
-ENCODER_NOISE = 1e-6
-"""Deviation of s_act that is always reckoned with [m]."""
 TINY = 1e-30
+
+
+class Contact(IntEnum):
+    """What is between the motion and the force."""
+
+    docking = 1
+    direct = 2
+
 
 PARAMETERS = declare(
     [v for v in CONTACT_PARAMETERS if not v.name.startswith("k_p_")],
     M_S,
     T_F_HAT,
     PLANT,
+    USES_A_DES,
+    choice("contact", Contact.docking, "Whether the contact is G(s), or k_m and c_m alone"),
+    parameter(
+        "force_delay",
+        0.0,
+        "s",
+        "Delay of f_comp on its way to the mass; y_d is taken that much ahead. In doubt 0",
+        minimum=0.0,
+    ),
+    parameter(
+        "advance",
+        0.0,
+        "s",
+        "How much ahead of s_des the motion is to be, against a delay of the force. In doubt 0",
+        minimum=0.0,
+    ),
     parameter(
         "latency_tolerance",
         -1.0,
@@ -125,6 +151,13 @@ PARAMETERS = declare(
     ),
     parameter(
         "noise_floor", 0.02, "N", "Least noise of the force. In doubt the sensor's resolution", above=0.0
+    ),
+    parameter(
+        "encoder_noise",
+        1e-6,
+        "m",
+        "Noise of s_act, for the identification of the plant. In doubt its resolution",
+        above=0.0,
     ),
     parameter(
         "prefilter_frequency",
@@ -269,6 +302,10 @@ def prior(p: Any, m: Arithmetic) -> Prior:
     root = m.sqrt(_larger(K * K - 4.0 * p.m_e * p.k_m * p.k_p / p.m_s, 0.0, m))
     w_1 = m.sqrt(2.0 * p.k_m * p.k_p / (p.m_s * (K + root)))
     t_s = p.c_m / p.k_m + p.c_p / p.k_p - (p.c_m + p.c_p) / K
+    is_direct = p.contact == Contact.direct
+    k = m.where(is_direct, p.k_m, k)
+    w_1 = m.where(is_direct, m.sqrt(p.k_m / p.m_s), w_1)
+    t_s = m.where(is_direct, p.c_m / p.k_m, t_s)
     automatic = m.where(p.T_f_hat > 0.0, LAG_TOLERANCE * p.T_f_hat, LATENCY_WITHOUT_LAG)
     latency = m.where(p.latency_tolerance < 0.0, automatic, p.latency_tolerance)
     damping = p.damping_tolerance * t_s
@@ -306,9 +343,11 @@ def _second_order(stages: Any, u: Any, w: Any, T: Any) -> tuple[Any, Any]:
     return value + T * rate, rate
 
 
-def _difference_equation(p: Any, y: tuple[Any, Any], s: tuple[Any, Any, Any]) -> Any:
+def _difference_equation(p: Any, y: tuple[Any, Any], s: tuple[Any, Any, Any], m: Arithmetic) -> Any:
     a, b, c, d, e = process_parameters(p, BILINEAR)
-    return a * y[0] + b * y[1] + c * s[0] + d * s[1] + e * s[2]
+    docking = a * y[0] + b * y[1] + c * s[0] + d * s[1] + e * s[2]
+    direct = p.k_m * s[0] + p.c_m * (s[0] - s[1]) / p.sample_time
+    return m.where(p.contact == Contact.direct, direct, docking)
 
 
 class Robust(Model):
@@ -328,7 +367,7 @@ class Robust(Model):
         y_d, y_0 = known.k * s_d, known.k * s_a
         f_comp = u.f_mea + (y_0 - y_d)
         return {
-            **{"f_comp": f_comp, "s_cmd": u.s_des, "a_1": f_comp / p.m_s},
+            **{"f_comp": f_comp, "s_cmd": u.s_des, "a_1": acceleration(f_comp, u, p, m)},
             **{"s_des_1": u.s_des, "s_d_1": s_d, "s_d_2": s_d, "s_act_1": s_a, "s_act_2": s_a},
             **{"f_1": u.f_mea, "f_2": u.f_mea, "F": (u.f_mea,) * 4, "F_fast": (u.f_mea, 0.0)},
             **{"y_d_1": y_d, "y_d_2": y_d, "y_0_1": y_0, "y_0_2": y_0, "y_a_1": y_0, "y_l_1": y_0},
@@ -366,14 +405,15 @@ class Robust(Model):
         undone, f_e = _undone(x, eps - x.adopted, der_y_l, kappa, known, p)
         damping = (1.0 - known.latency_share) * eps - kappa * known.t_s
         is_halved = m.both(p.half_first_force, x.has_started == 0.0)
-        f_comp = m.where(is_halved, 0.5, 1.0) * (r - (1.0 + kappa) * y_d - damping * der_y_d + f_e)
+        ahead = y_d + p.force_delay * der_y_d
+        f_comp = m.where(is_halved, 0.5, 1.0) * (r - (1.0 + kappa) * ahead - damping * der_y_d + f_e)
         return {
             **models,
             **slow,
             **fast,
             **bands,
             **undone,
-            **_command(x, u, f_comp / p.m_s, known, p, m),
+            **_command(x, u, acceleration(f_comp, u, p, m), known, p, m),
             **{"f_comp": f_comp, "noise": noise, "has_started": 1.0},
         }
 
@@ -383,8 +423,8 @@ def _models(x: Any, u: Any, p: Any, m: Arithmetic) -> tuple[Values, Any, Any, An
     T = p.sample_time
     s_d = u.s_des - u.x
     s_a = u.s_act - u.x
-    y_d = _difference_equation(p, (x.y_d_1, x.y_d_2), (s_d, x.s_d_1, x.s_d_2))
-    y_0 = _difference_equation(p, (x.y_0_1, x.y_0_2), (s_a, x.s_act_1, x.s_act_2))
+    y_d = _difference_equation(p, (x.y_d_1, x.y_d_2), (s_d, x.s_d_1, x.s_d_2), m)
+    y_0 = _difference_equation(p, (x.y_0_1, x.y_0_2), (s_a, x.s_act_1, x.s_act_2), m)
     has_lag = p.T_f_hat > 0.0
     q = m.where(has_lag, m.exp(-T / m.where(has_lag, p.T_f_hat, T)), 0.0)
     mean = p.T_f_hat / T * (1.0 - q)
@@ -515,7 +555,8 @@ def _command(x: Any, u: Any, a: Any, known: Prior, p: Any, m: Arithmetic) -> Val
     d = inverse(p)
     v = (u.s_des - x.s_des_1) / T + 0.5 * T * a
     j = (a - x.a_1) / T
-    s_cmd = (1.0 + x.g) * (u.s_des + d.d1 * v + d.d2 * a + d.d3 * j) + x.h * (v + d.d1 * a + d.d2 * j)
+    to = inverse(p, p.advance)
+    s_cmd = (1.0 + x.g) * (u.s_des + to.d1 * v + to.d2 * a + to.d3 * j) + x.h * (v + to.d1 * a + to.d2 * j)
     share = 1.0 - m.exp(-p.plant_prefilter * known.w_1 * T)
     S_cmd = four_poles(x.S_cmd, s_cmd, share)
     S_act = four_poles(x.S_act, u.s_act, share)
@@ -533,7 +574,7 @@ def _command(x: Any, u: Any, a: Any, known: Prior, p: Any, m: Arithmetic) -> Val
     lag_variance = p.plant_lag_tolerance * p.plant_lag_tolerance
     P_gg = _smaller(x.P_gg + p.slow_stiffness_rate * p.slow_stiffness_rate * T, gain_variance, m)
     P_hh = _smaller(x.P_hh + LATENCY_DRIFT * lag_variance * T, lag_variance, m)
-    R = ENCODER_NOISE * ENCODER_NOISE + p.model_error * p.model_error * level
+    R = p.encoder_noise * p.encoder_noise + p.model_error * p.model_error * level
     new = estimated(Estimate(x.g, x.h, P_gg, x.P_gh, P_hh), Regressors(w, der_w), S_cmd[3] - w, R)
     return {
         **{"s_cmd": s_cmd, "s_des_1": u.s_des, "a_1": a, "S_cmd": S_cmd, "S_act": S_act},

@@ -25,7 +25,7 @@ from ..docking_contact.equations import PARAMETERS as CONTACT_PARAMETERS
 from ..framework.arithmetic import Arithmetic
 from ..framework.model import Model, SlotFunction, Values, no_effect
 from ..framework.variables import declare, sampled, state, switch, vector
-from .plant import LEAD, command, inverse, lead_memory, lead_start, led_force, motion
+from .plant import LEAD, acceleration, command, inverse, lead_memory, lead_start, led_force, motion
 from .plugs import TERMINALS
 
 BILINEAR = 0.5
@@ -59,7 +59,7 @@ class Smith(Model):
         desired = u.s_des - u.x
         modelled = u.s_act - u.x
         return {
-            **{"f_comp": u.f_mea + k * (modelled - desired), "s_cmd": u.s_des, **lead_start(u, p)},
+            **{"f_comp": u.f_mea + k * (modelled - desired), "s_cmd": u.s_des, **lead_start(u, p, m)},
             **{"s_model": u.s_act, "v_model": 0.0, "a_model": 0.0, "line": (u.s_act,) * (LONGEST + 1)},
             **{"desired": (desired,) * 2, "modelled": (modelled,) * 2},
             **{"y_d": (k * desired,) * 2, "y_m": (k * modelled,) * 2},
@@ -72,7 +72,7 @@ class Smith(Model):
         y_d = _force(Y, x.y_d, (desired, *x.desired))
         y_m = _force(Y, x.y_m, (modelled, *x.modelled))
         f_comp = led_force(x, u, p) + y_m - y_d
-        now = motion(u.s_des, f_comp / p.m_s, x, p)
+        now = motion(u.s_des, acceleration(f_comp, u, p, m), x, p)
         s_cmd = m.where(p.inverse, command(now, inverse(p)), u.s_des)
         line = (s_cmd, *x.line[:-1])
         acting = m.pick(line, m.floor(p.dead_time / p.sample_time + 0.5))

@@ -22,7 +22,7 @@ from typing import Any
 from ..framework.arithmetic import Arithmetic
 from ..framework.model import Linear, Model, SlotFunction, Values, no_effect
 from ..framework.variables import declare, parameter, sampled, state
-from .plant import LEAD, command, inverse, lead_memory, lead_start, led_force, motion
+from .plant import LEAD, acceleration, command, inverse, lead_memory, lead_start, led_force, motion
 from .plugs import TERMINALS
 
 LEAST_SPEED = 1e-9
@@ -46,7 +46,7 @@ class Tdpa(Model):
 
     def initial(self, x: Any, u: Any, p: Any, m: Arithmetic) -> Values:
         start = {"f_comp": u.f_mea, "s_cmd": u.s_des, "energy": 0.0, "last_s_act": u.s_act}
-        return start | lead_start(u, p)
+        return start | lead_start(u, p, m)
 
     def update(self, t: Any, x: Any, u: Any, p: Any, m: Arithmetic, slot: SlotFunction = no_effect) -> Values:
         T = p.sample_time
@@ -58,7 +58,7 @@ class Tdpa(Model):
         needed = m.where(generated > 0.0, generated, 0.0) / (T * speed * speed)
         beta = m.where(needed < p.largest_damping, needed, p.largest_damping)
         f_comp = f_l - beta * v_des
-        now = motion(u.s_des, f_comp / p.m_s, x, p)
+        now = motion(u.s_des, acceleration(f_comp, u, p, m), x, p)
         left = generated - T * beta * v_des * v_des
         return {
             **{"f_comp": f_comp, "s_cmd": command(now, inverse(p))},

@@ -20,6 +20,7 @@ COMMANDS = {
     "linearise": "linearise",
     "design-dpdc": "design_dpdc",
     "compare-methods": "compare_methods",
+    "rths": "rths",
     "reproduce": "reproduce",
     "case": "case",
     "diagnose": "diagnose",
@@ -37,7 +38,7 @@ GROUPS = {
     "run and look": ("run", "compare", "rerun", "resume", "sweep", "examples"),
     "understand a system": ("check", "explain", "show", "analyse", "preflight", "inspect"),
     "measured data": ("case", "diagnose", "replay"),
-    "compensation": ("design-dpdc", "compare-methods", "reproduce"),
+    "compensation": ("design-dpdc", "compare-methods", "rths", "reproduce"),
     "make and exchange": ("new", "build", "export-fmu", "export-ssp", "linearise", "schema"),
     "the machine": ("doctor",),
 }

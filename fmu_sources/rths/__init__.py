@@ -1,0 +1,3 @@
+"""The benchmark of real-time hybrid simulation: a building of three floors, one of its columns on a rig."""
+
+RELEASED = False

@@ -1,0 +1,1 @@
+"""The benchmark of real-time hybrid simulation: its records, its plants, its nine measures."""
