@@ -16,6 +16,7 @@ COMMANDS = {
     "analyse": "analyse",
     "preflight": "preflight",
     "linearise": "linearise",
+    "commission": "commission",
     "design-dpdc": "design_dpdc",
     "compare-methods": "compare_methods",
     "reproduce": "reproduce",
@@ -34,7 +35,7 @@ GROUPS = {
     "run and look": ("run", "compare", "rerun", "examples"),
     "understand a system": ("check", "explain", "show", "analyse", "preflight", "inspect"),
     "measured data": ("case", "diagnose", "replay"),
-    "compensation": ("design-dpdc", "compare-methods", "reproduce"),
+    "compensation": ("commission", "design-dpdc", "compare-methods", "reproduce"),
     "make and exchange": ("new", "build", "export-ssp", "linearise", "schema"),
     "the machine": ("doctor",),
 }
