@@ -18,6 +18,7 @@ COMMANDS = {
     "analyse": "analyse",
     "preflight": "preflight",
     "linearise": "linearise",
+    "commission": "commission",
     "design-dpdc": "design_dpdc",
     "compare-methods": "compare_methods",
     "rths": "rths",
@@ -38,7 +39,7 @@ GROUPS = {
     "run and look": ("run", "compare", "rerun", "resume", "sweep", "examples"),
     "understand a system": ("check", "explain", "show", "analyse", "preflight", "inspect"),
     "measured data": ("case", "diagnose", "replay"),
-    "compensation": ("design-dpdc", "compare-methods", "rths", "reproduce"),
+    "compensation": ("commission", "design-dpdc", "compare-methods", "rths", "reproduce"),
     "make and exchange": ("new", "build", "export-fmu", "export-ssp", "linearise", "schema"),
     "the machine": ("doctor",),
 }

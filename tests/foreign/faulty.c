@@ -84,8 +84,8 @@ static int done(Fmu *c, int when) {
         say(c, file < 0 ? "could not write outside" : "wrote outside");
         snprintf(name, sizeof name, "%s/own", getenv("TMPDIR"));
         say(c, open(name, O_CREAT | O_WRONLY, 0600) < 0 ? "could not write inside" : "wrote inside");
-        say(c, mkdir("/tmp/faulty_folder", 0700) < 0 ? "could not make a folder" : "made a folder");
-        rmdir("/tmp/faulty_folder");
+        say(c, mkdir("../faulty_folder", 0700) < 0 ? "could not make a folder" : "made a folder");
+        rmdir("../faulty_folder");
         return 0;
     }
     case CONNECT:

@@ -136,6 +136,7 @@ def test_the_default_box_is_about_contact_and_motion_simulator():
     }
 
 
+@pytest.mark.long
 def test_every_fault_of_a_box_is_told(tmp_path):
     file = tmp_path / "box.yaml"
     file.write_text(
