@@ -9,7 +9,7 @@ import pytest
 
 PROJECT = Path(__file__).parents[1]
 SLOW = PROJECT / "tests" / "systems"
-NOT_MEASURED = [  # models in plain Python, step by step: others cover their lines too
+NOT_MEASURED = [  # models in plain Python, step by step, and many runs alike: others cover their lines too
     PROJECT / "tests" / name
     for name in (
         "fmu_sources/export/native",
@@ -19,7 +19,9 @@ NOT_MEASURED = [  # models in plain Python, step by step: others cover their lin
         "interop",
         "oracles",
         "rig",
+        "systems/test_analysis.py",
         "systems/test_loop_of_models.py",
+        "systems/test_paper_cases.py",
     )
 ]
 LONGEST_FIRST = [  # a file runs in one process, so a long one must not begin when the others are done
