@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from master.api import prepare_to_run
-from master.catalogue import Progress, silent
+from master.catalogue import Progress, parameters, silent
 from master.errors import ConfigError
 from master.experiment.experiment import Experiment
 from master.experiment.prepare import Request
@@ -120,11 +120,8 @@ def score(task: Benchmark, seed: int, progress: Progress = silent) -> Score:
 
 def _nominal(task: Benchmark) -> dict[str, float]:
     """Return the parameters of the actuator that are perturbed, as its model has them."""
-    from master import catalogue
-
-    document = _document(task)
-    entry = document["fmus"]["actuator"]
-    return {**catalogue.parameters(entry["source"]), **(entry.get("parameters") or {})}
+    entry = _document(task)["fmus"]["actuator"]
+    return {**parameters(entry["source"]), **(entry.get("parameters") or {})}
 
 
 def _document(task: Benchmark) -> dict[str, Any]:

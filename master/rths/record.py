@@ -50,15 +50,16 @@ def read_record(path: Path, scale: float) -> Record:
     if len(columns) != 2 or len(columns[0]) != len(columns[1]) or len(columns[0]) < 2:
         expected = "two columns or two rows: time [s], acceleration [m/s2]"
         raise DataError(f"{path}: no ground motion, got {got}, expected {expected}")
-    times, accelerations = (np.asarray(column, dtype=np.float64) for column in columns)
+    times = np.asarray(columns[0], dtype=np.float64)
+    accelerations = scale * np.asarray(columns[1], dtype=np.float64)
     if not np.all(np.isfinite(times)) or not np.all(np.isfinite(accelerations)):
-        raise DataError(f"{path}: value not finite, expected finite numbers")
+        raise DataError(f"{path}: value not finite with a scale of {scale:g}, expected finite numbers")
     if times[0] != 0.0 or np.any(np.diff(times) <= 0.0):
         row = int(np.argmax(np.diff(times) <= 0.0)) + 1 if times[0] == 0.0 else 0
         raise DataError(f"{path}: time of sample {row}, got {times[row]:.9g} s, expected it to grow from 0 s")
     if not np.any(accelerations):
         raise DataError(f"{path}: acceleration, got 0 everywhere, expected a motion")
-    return Record(path.stem, times, scale * accelerations)
+    return Record(path.stem, times, accelerations)
 
 
 def _only_array(path: Path) -> str | None:

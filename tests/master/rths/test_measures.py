@@ -79,6 +79,14 @@ def test_what_is_no_ground_motion_is_refused(tmp_path, text, said):
         read_record(path, 1.0)
 
 
+def test_a_scale_that_is_no_number_is_refused(tmp_path):
+    path = tmp_path / "quake.csv"
+    path.write_text("t,a\n0,1\n1,2\n", encoding="utf-8")
+
+    with pytest.raises(DataError, match="not finite with a scale of nan"):
+        read_record(path, math.nan)
+
+
 def test_perturbed_plants_are_the_same_each_time_and_spread_as_published():
     nominal = {"k_e": 1190e3, "b_1": 425.0, "b_2": 9.9976e4, "a_3": 3.3}
     plants = [perturbed(nominal, seed) for seed in range(1, 401)]
