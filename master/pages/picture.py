@@ -12,6 +12,7 @@ import numpy as np
 
 from .chart import CIRCLE, COLUMNS, CROSS, MARKS, REFERENCE, Chart, decimated
 from .palette import LIGHT, LIGHT_REFERENCE
+from .plain_text import as_written
 
 _MARKS: dict[str, dict[str, Any]] = {
     CROSS: {"marker": "x", "linestyle": "none", "markersize": 7},
@@ -33,7 +34,7 @@ def data_uri(chart: Chart) -> str:
     legend(figure, axis)
     buffer = io.BytesIO()
     with rc_context({"svg.fonttype": "none", "svg.hashsalt": "dockloop"}):
-        figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
+        as_written(figure).savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
     return f"data:image/svg+xml;base64,{base64.b64encode(buffer.getvalue()).decode()}"
 
 
@@ -47,7 +48,7 @@ def save(title: str, charts: Sequence[Chart], path: Path) -> Path:
     for axis, chart in zip(axes, charts, strict=True):
         draw(axis, chart)
         axis.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False, fontsize="small")
-    figure.savefig(path, dpi=110)
+    as_written(figure).savefig(path, dpi=110)
     return path
 
 

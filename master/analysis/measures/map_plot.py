@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from master.pages.palette import LIGHT
+from master.pages.plain_text import as_written
 
 from .sweep import Floats, StabilityMap
 
@@ -39,7 +40,7 @@ def plot_map(found: StabilityMap, title: str, path: Path) -> Path:
     handles, labels = axis.get_legend_handles_labels()
     if labels:
         figure.legend(handles, labels, loc="outside lower center", ncols=4, frameon=False, fontsize="small")
-    figure.savefig(path, dpi=120)
+    as_written(figure).savefig(path, dpi=120)
     return path
 
 
