@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from master.errors import ConfigError, Problem
+from master.errors import ConfigError, FmuError, Problem
 from master.fmi.description import Description, Kind, Variable
 from master.fmi.slave import CInterface
 from master.fmi.status import Status
@@ -183,6 +183,9 @@ class _Saved:
     state: Any = field(repr=False)
 
 
+_NOT_SERIALISED = "a Python function's state is any object, which goes into no file, expected an FMU"
+
+
 class BlockSlave:
     """One instance of a block between its creation and its end; see `master.fmi.slave.Slave`."""
 
@@ -235,14 +238,20 @@ class BlockSlave:
     def get(self, variables: Sequence[Variable]) -> list[float]:
         return [self._values[v.name] for v in variables]
 
+    def state_bytes(self) -> bytes:
+        raise FmuError(self.name, _NOT_SERIALISED)
+
+    def restore_bytes(self, data: bytes) -> None:
+        raise FmuError(self.name, _NOT_SERIALISED)
+
     def last_message(self) -> str:
         return self._message
 
-    def process_fault(self) -> str:
-        return ""
-
     def asked_for_end(self) -> bool:
         return False
+
+    def process_fault(self) -> str:
+        return ""
 
     def close(self, *, failed: bool, fatal: bool = False) -> None:
         self._saved.clear()

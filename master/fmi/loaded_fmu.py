@@ -96,6 +96,20 @@ class FmuSlave:
         self._call(self._fmu.exitInitializationMode)
         self._is_initialised = True
 
+    def state_bytes(self) -> bytes:
+        state = self._call(self._fmu.getFMUState)
+        try:
+            return bytes(self._call(self._fmu.serializeFMUState, state))
+        finally:
+            self._call(self._fmu.freeFMUState, state)
+
+    def restore_bytes(self, data: bytes) -> None:
+        state = self._call(self._fmu.deserializeFMUState, data)
+        try:
+            self._call(self._fmu.setFMUState, state)
+        finally:
+            self._call(self._fmu.freeFMUState, state)
+
     def last_message(self) -> str:
         return messages.current().of_call(self.name)
 

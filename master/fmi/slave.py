@@ -60,6 +60,14 @@ class Slave(Protocol):
         """Read variables."""
         ...
 
+    def state_bytes(self) -> bytes:
+        """Whole state as bytes, from which an instance in another process can go on."""
+        ...
+
+    def restore_bytes(self, data: bytes) -> None:
+        """Go on from what `state_bytes` returned; the slave may step already."""
+        ...
+
     def last_message(self) -> str:
         """What the slave said last through its logger, empty if nothing."""
         ...

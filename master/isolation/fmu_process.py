@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import contextlib
 import os
 import resource
@@ -205,6 +206,12 @@ class _FmuProcess:
 
     def _get(self, names: list[str]) -> list[float]:
         return self._slave.get(self._variables(names))
+
+    def _state_bytes(self) -> str:
+        return base64.b64encode(self._slave.state_bytes()).decode()
+
+    def _restore_bytes(self, data: str) -> None:
+        self._slave.restore_bytes(base64.b64decode(data))
 
     def _asked_for_end(self) -> bool:
         return self._slave.asked_for_end()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import ctypes
 import math
 import os
@@ -42,6 +43,8 @@ _FUNCTIONS = {
     "reset": {2: "fmi2Reset", 3: "fmi3Reset"},
     "set": {2: "fmi2SetXXX", 3: "fmi3SetXXX"},
     "get": {2: "fmi2GetXXX", 3: "fmi3GetXXX"},
+    "state_bytes": {2: "fmi2SerializeFMUstate", 3: "fmi3SerializeFMUState"},
+    "restore_bytes": {2: "fmi2DeSerializeFMUstate", 3: "fmi3DeserializeFMUState"},
     "asked_for_end": {2: "fmi2GetBooleanStatus", 3: "fmi3GetXXX"},
     "close": {2: "fmi2FreeInstance", 3: "fmi3FreeInstance"},
 }
@@ -55,7 +58,7 @@ class IsolatedSlave:
 
     The process that steps and the FMU's take turns: where there are fewer isolated FMUs than processors, each
     side looks for the other's word for a moment, else all of them work on one processor, where sleeping and
-    waking is cheapest (measured in `docs/reliability.md`).
+    waking is cheapest (measured in `docs/isolation.md`).
     """
 
     def __init__(
@@ -124,6 +127,15 @@ class IsolatedSlave:
         if len(numbers) != len(variables):
             raise self._garbled()
         return numbers
+
+    def state_bytes(self) -> bytes:
+        try:
+            return base64.b64decode(self._request("state_bytes"), validate=True)
+        except (TypeError, ValueError):
+            raise self._garbled() from None
+
+    def restore_bytes(self, data: bytes) -> None:
+        self._request("restore_bytes", base64.b64encode(data).decode())
 
     def last_message(self) -> str:
         self._collect()

@@ -8,6 +8,7 @@ so that an output that hangs on an input follows it before the first step.
 from __future__ import annotations
 
 import ctypes
+import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -87,6 +88,7 @@ class Block:
             variables=self.variables,
             delays=self.delays,
             can_get_and_set_state=True,
+            can_serialise_state=True,
             feedthrough=self.feedthrough,
             influences=self.influences,
         )
@@ -160,14 +162,20 @@ class Stub:
         self._settle()
         return [self.values[v.name] for v in variables]
 
+    def state_bytes(self) -> bytes:
+        return json.dumps(self.values).encode()
+
+    def restore_bytes(self, data: bytes) -> None:
+        self.values = json.loads(data)
+
     def last_message(self) -> str:
         return self._messages[-1] if self._messages else ""
 
-    def process_fault(self):
-        return ""
-
     def asked_for_end(self) -> bool:
         return self.wants_end
+
+    def process_fault(self):
+        return ""
 
     def close(self, *, failed: bool, fatal: bool = False) -> None:
         self.events.append("abandoned" if fatal else "freed" if failed else "closed")
