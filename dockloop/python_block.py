@@ -250,11 +250,11 @@ class BlockSlave:
     def last_message(self) -> str:
         return self._message
 
-    def process_fault(self) -> str:
-        return ""
-
     def asked_for_end(self) -> bool:
         return False
+
+    def process_fault(self) -> str:
+        return ""
 
     def close(self, *, failed: bool, fatal: bool = False) -> None:
         self._saved.clear()

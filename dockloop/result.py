@@ -168,6 +168,9 @@ class Run:
             axis.grid(alpha=0.3)
         axes[-1].set_xlabel("time [s]")
         figure.suptitle(f"{self._experiment.title}: {self.status}")
+        from master.pages.plain_text import as_written
+
+        as_written(figure)
         return figure
 
     def save(self, folder: str | Path) -> dict[str, Path]:

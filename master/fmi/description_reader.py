@@ -20,6 +20,7 @@ from xml.etree import ElementTree as ET
 from master.errors import ConfigError, expected
 from master.text.archive import Archive, ArchiveError, NotAnArchiveError
 from master.text.scalar import Plain
+from master.text.xml import parsed_xml
 
 from . import value_types
 from .description import DeclaredDelay, Description, Kind, Variable
@@ -31,7 +32,7 @@ DESCRIPTION = "modelDescription.xml"
 
 _VERSION = re.compile(r"(2\.0(\.\d+)?|3\.0(\.\d+)?(-.+)?)")
 _MOST_FAULTS = 30  # shown of one file
-_MOST_ELEMENTS = 10**7  # of one array
+MOST_ELEMENTS = 250_000  # of all arrays together: each is a variable of its own
 _LARGEST_REFERENCE = 2**32 - 1
 
 _KINDS = {
@@ -169,7 +170,7 @@ class DescriptionReader:
     def _root(self) -> ET.Element:
         try:
             with Archive(self.path) as archive:
-                return ET.fromstring(archive.read(DESCRIPTION))
+                return parsed_xml(archive.read(DESCRIPTION))
         except FileNotFoundError:
             fault = "no such file, expected an FMU"
         except NotAnArchiveError:
@@ -339,6 +340,7 @@ class DescriptionReader:
         for d in sizes.values():
             if d.whole.name in self.structure:
                 d.starts = [str(self.structure[d.whole.name])]
+        n_elements = 0
         for d in declared:
             if d.not_exchanged:
                 continue
@@ -347,8 +349,11 @@ class DescriptionReader:
             n = math.prod(shape)
             if len(shape) < len(lengths):
                 continue
-            if n > _MOST_ELEMENTS:
-                self.faults.add(d.where, f"Dimension: got {n} elements, expected at most {_MOST_ELEMENTS}")
+            n_elements += n if shape else 0
+            if n_elements > MOST_ELEMENTS:
+                got = f"got {n} elements, {n_elements} with those of the arrays before"
+                self.faults.add(d.where, f"Dimension: {got}, expected at most {MOST_ELEMENTS}")
+                n_elements -= n
             elif not shape:
                 d.parts = (d.whole,)
             elif self._is_resized(d, sizes) and len(d.starts) not in (1, n):

@@ -103,7 +103,7 @@ def _read_what_is_needed(description: Description) -> None:
         with Archive(description.path) as archive:
             _require_binary(description, archive)
             for name in filter(_is_needed, archive.names):
-                archive.read(name)
+                archive.verify(name)
     except (ArchiveError, OSError) as error:
         raise ConfigError([f"{description.path}: cannot be unpacked: {error}"]) from None
 

@@ -44,9 +44,9 @@ _FUNCTIONS = {
     "renew": {2: "fmi2Instantiate", 3: "fmi3InstantiateCoSimulation"},
     "set": {2: "fmi2SetXXX", 3: "fmi3SetXXX"},
     "get": {2: "fmi2GetXXX", 3: "fmi3GetXXX"},
-    "asked_for_end": {2: "fmi2GetBooleanStatus", 3: "fmi3GetXXX"},
     "state_bytes": {2: "fmi2SerializeFMUstate", 3: "fmi3SerializeFMUState"},
     "restore_bytes": {2: "fmi2DeSerializeFMUstate", 3: "fmi3DeserializeFMUState"},
+    "asked_for_end": {2: "fmi2GetBooleanStatus", 3: "fmi3GetXXX"},
     "close": {2: "fmi2FreeInstance", 3: "fmi3FreeInstance"},
 }
 
@@ -59,7 +59,7 @@ class IsolatedSlave:
 
     The process that steps and the FMU's take turns: where there are fewer isolated FMUs than processors, each
     side looks for the other's word for a moment, else all of them work on one processor, where sleeping and
-    waking is cheapest (measured in `docs/reliability.md`).
+    waking is cheapest (measured in `docs/isolation.md`).
     """
 
     def __init__(

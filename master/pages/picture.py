@@ -22,6 +22,7 @@ from .chart import (
     decimated,
 )
 from .palette import LIGHT, LIGHT_REFERENCE, LIGHT_SOFT
+from .plain_text import as_written
 
 _MARKS: dict[str, dict[str, Any]] = {
     CROSS: {"marker": "x", "linestyle": "none", "markersize": 7},
@@ -44,7 +45,7 @@ def data_uri(chart: Chart) -> str:
     legend(figure, axis)
     buffer = io.BytesIO()
     with rc_context({"svg.fonttype": "none", "svg.hashsalt": "dockloop"}):
-        figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
+        as_written(figure).savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
     return f"data:image/svg+xml;base64,{base64.b64encode(buffer.getvalue()).decode()}"
 
 
@@ -60,7 +61,7 @@ def save(title: str, charts: Sequence[Chart], path: Path) -> Path:
         axis.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False, fontsize="small")
     new = path.with_name(f".{path.name}.new")  # under its own name it is complete, or it is not there
     try:
-        figure.savefig(new, format="png", dpi=110)
+        as_written(figure).savefig(new, format="png", dpi=110)
         new.replace(path)
     finally:
         new.unlink(missing_ok=True)

@@ -18,6 +18,7 @@ from master.coupling.ledger import Entry
 from master.errors import DataError
 from master.experiment.experiment import Experiment
 from master.pages.palette import LIGHT
+from master.pages.plain_text import as_written
 from master.recording.folder import reason
 
 _ROW = 1.0  # height of a line of text; the unit of lengths
@@ -140,7 +141,7 @@ def _rendered(experiment: Experiment, form: str) -> bytes:
     buffer = io.BytesIO()
     metadata = {"Date": None, "Creator": None} if form == "svg" else None
     with rc_context({"svg.fonttype": "none", "svg.hashsalt": "dockloop"}):
-        draw_diagram(experiment).savefig(buffer, format=form, metadata=metadata, dpi=110)
+        as_written(draw_diagram(experiment)).savefig(buffer, format=form, metadata=metadata, dpi=110)
     return buffer.getvalue()
 
 

@@ -14,7 +14,7 @@ import struct
 import tempfile
 import zipfile
 import zlib
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path, PurePosixPath
 from types import TracebackType
 
@@ -33,6 +33,11 @@ _METHODS = {
 }
 _READABLE = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED, zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA)
 _ENCRYPTED = 0x1  # flag of a member
+
+_PIECE = 2**20
+MOST_MEMBERS = 100_000
+MOST_READ = 2**28  # bytes of a member that is read whole
+MOST_UNPACKED = 2**31  # bytes of all members together
 _UNIX = 3  # system that wrote a member: its mode is in the upper half of external_attr
 
 
@@ -107,17 +112,46 @@ class Archive:
                 return member.read_bytes()
             assert self._zip is not None
             self._require_readable(name, member)
+            if member.file_size > MOST_READ:
+                raise ArchiveError(
+                    f"{name}: too large, got {_megabytes(member.file_size)} MB, expected at most "
+                    f"{_megabytes(MOST_READ)} MB"
+                )
             return self._zip.read(member)
         except _DAMAGES as error:
-            got = str(error) or "an early end"
-            raise ArchiveError(f"{name}: damaged, got {got}, expected a readable member") from None
+            raise _damaged(name, error) from None
 
     def extract(self, wanted: Callable[[str], bool], folder: Path) -> None:
         """Write the members whose names are wanted below a folder; ArchiveError as in `read`."""
         for name in filter(wanted, self.names):
             target = folder / name
             target.parent.mkdir(parents=True, exist_ok=True)
-            target.write_bytes(self.read(name))
+            self._write(name, target)
+
+    def verify(self, name: str) -> None:
+        """Read a member to its end and keep nothing of it; KeyError and ArchiveError as in `read`."""
+        for _ in self._pieces(name):
+            pass
+
+    def _write(self, name: str, target: Path) -> None:
+        with target.open("wb") as file:
+            for piece in self._pieces(name):
+                file.write(piece)
+
+    def _pieces(self, name: str) -> Iterator[bytes]:
+        """Read a member piece by piece; a large one needs no more memory than a small one."""
+        member = self._members[name]
+        if isinstance(member, Path) or member.file_size <= _PIECE or name in self._ambiguous:
+            yield self.read(name)
+            return
+        assert self._zip is not None
+        self._require_readable(name, member)
+        try:
+            with self._zip.open(member) as source:
+                while piece := source.read(_PIECE):
+                    yield piece
+        except _DAMAGES as error:
+            raise _damaged(name, error) from None
 
     def unpacked(self, wanted: Callable[[str], bool], prefix: str = "dockloop-") -> Path:
         """Unpack into a new temporary folder, of which nothing stays if it fails."""
@@ -158,9 +192,24 @@ class Archive:
                 if isinstance(other, zipfile.ZipInfo) and other.CRC != info.CRC:
                     self._ambiguous.add(plain)
         faults += [f"member {n!r}: a file and a folder" for n in _files_as_folders(self._members)]
+        faults += self._size_faults()
+        faults += _alike(self._members)
         if faults:
             self._zip.close()
             raise ArchiveError("; ".join(faults))
+
+    def _size_faults(self) -> list[str]:
+        """Say that the archive has more members or bytes than any FMU needs, by what its directory says."""
+        assert self._zip is not None
+        infos = self._zip.infolist()
+        n_bytes = sum(info.file_size for info in infos)
+        faults = []
+        if len(infos) > MOST_MEMBERS:
+            faults.append(f"too many members, got {len(infos)}, expected at most {MOST_MEMBERS}")
+        if n_bytes > MOST_UNPACKED:
+            got = f"got {_megabytes(n_bytes)} MB unpacked"
+            faults.append(f"too large, {got}, expected at most {_megabytes(MOST_UNPACKED)} MB")
+        return faults
 
     @staticmethod
     def _require_readable(name: str, info: zipfile.ZipInfo) -> None:
@@ -195,3 +244,19 @@ def _files_as_folders(names: Iterable[str]) -> list[str]:
     """Files that are folders of other files."""
     folders = {parent.as_posix() for name in names for parent in PurePosixPath(name).parents}
     return sorted(folders & set(names))
+
+
+def _damaged(name: str, error: Exception) -> ArchiveError:
+    got = str(error) or "an early end"
+    return ArchiveError(f"{name}: damaged, got {got}, expected a readable member")
+
+
+def _alike(names: Iterable[str]) -> list[str]:
+    """Say which names differ only in upper and lower case: on some systems they are one file."""
+    first: dict[str, str] = {}
+    alike = [(first[n.casefold()], n) for n in names if first.setdefault(n.casefold(), n) != n]
+    return [f"members {a!r} and {b!r}: names that differ only in upper and lower case" for a, b in alike[:10]]
+
+
+def _megabytes(n_bytes: int) -> int:
+    return -(-n_bytes // 2**20)

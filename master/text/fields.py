@@ -23,6 +23,7 @@ from .scalar import Plain, Setting, Value
 from .signal_name import SignalName
 
 LONGEST_NAME = 200  # bytes; file systems bear 255, and endings are added
+_FORMULAS = ("=", "+", "-", "@")  # with what a cell of a formula begins
 MOST_DELAY = 10**7  # ticks; each older value is kept in memory
 
 
@@ -79,18 +80,26 @@ def printable(text: str) -> str:
     return text
 
 
+def heading(text: str) -> str:
+    """Return a name that no spreadsheet takes for a formula; ValueError for any other."""
+    if text.startswith(_FORMULAS):
+        expected = f"expected none with {text[0]!r} first"
+        raise ValueError(f"a name that a spreadsheet takes for a formula, {expected}")
+    return text
+
+
 def file_name(text: str) -> str:
     """Return a name that a folder can have and that leads nowhere else; ValueError for any other."""
     if not text or text.strip(". ") == "" or any(c in "/\\" for c in text):
         raise ValueError("not a name of a folder, expected one without slashes")
-    return printable(text)
+    return heading(printable(text))
 
 
 def instance_name(text: str) -> str:
     """Return a name that signals can be made of; ValueError for any other."""
     if not text or any(c.isspace() or c in ".<>" for c in text):
         raise ValueError("not a name without spaces, '.', '<' and '>'")
-    return printable(text)
+    return heading(printable(text))
 
 
 def _value(value: Any, inner: ValidatorFunctionWrapHandler) -> Any:

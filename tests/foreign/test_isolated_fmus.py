@@ -18,6 +18,7 @@ from master.recording.files import read_csv
 from master.stepping.opened import OpenRun
 from master.stepping.outcome import COMPLETED, FAILED, RunOptions
 from master.stepping.simulate import simulate
+from tests.conftest import PROJECT
 
 from . import faulty
 from .faulty import SYSTEM, Deed, When
@@ -219,6 +220,22 @@ def test_an_open_run_survives_its_fmu_and_leaves_no_process_or_folder(prepared, 
     assert list(tmp_path.iterdir()) == []
     with pytest.raises(ChildProcessError):
         os.waitpid(-1, os.WNOHANG)
+
+
+def test_the_state_of_an_isolated_fmu_goes_out_as_bytes_and_comes_back():
+    asked = Request(isolate=("spacecraft",), stop_time=0.1)
+    experiment = prepare_to_run(PROJECT / "configs" / "low_frequency.yaml", asked)
+    run = OpenRun(experiment.system, experiment.schedule, experiment.grid, RunOptions())
+    slave = run._slaves["spacecraft"]
+    position = experiment.system.instances["spacecraft"].description.by_name["s_des"]
+    run.step(10)
+    data, before = slave.state_bytes(), slave.get([position])
+    run.step(20)
+    assert slave.get([position]) != before
+    slave.restore_bytes(data)
+
+    assert slave.get([position]) == before
+    run.close()
 
 
 def test_an_isolated_fmu_ends_with_the_process_that_steps_it(prepared):

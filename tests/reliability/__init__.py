@@ -1,1 +1,0 @@
-"""Harnesses of `docs/reliability.md`, run on demand."""

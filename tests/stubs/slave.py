@@ -171,11 +171,11 @@ class Stub:
     def last_message(self) -> str:
         return self._messages[-1] if self._messages else ""
 
-    def process_fault(self):
-        return ""
-
     def asked_for_end(self) -> bool:
         return self.wants_end
+
+    def process_fault(self):
+        return ""
 
     def close(self, *, failed: bool, fatal: bool = False) -> None:
         self.events.append("abandoned" if fatal else "freed" if failed else "closed")

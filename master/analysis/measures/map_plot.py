@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from master.pages.picture import draw, legend
+from master.pages.plain_text import as_written
 
 from .map_chart import map_chart
 from .sweep import StabilityMap
@@ -21,5 +22,5 @@ def plot_map(found: StabilityMap, title: str, path: Path) -> Path:
     draw(axis, map_chart(found, title if found.y is None else f"{title}\n{_WHAT}"))
     axis.title.set_fontsize("medium")
     legend(figure, axis)
-    figure.savefig(path, dpi=120)
+    as_written(figure).savefig(path, dpi=120)
     return path

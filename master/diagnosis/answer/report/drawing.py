@@ -15,6 +15,7 @@ from fmu_sources.effects.framework.roles import roles
 from master.diagnosis.case.cut import CutSystem
 from master.diagnosis.numerics.arrays import Array
 from master.pages.palette import DASHES, LIGHT, LIGHT_REFERENCE
+from master.pages.plain_text import as_written
 from master.text.signal_name import SignalName
 
 MOST_BINS = 2000
@@ -39,7 +40,7 @@ def new_figure(height: float) -> Figure:
 
 def save(figure: Figure, path: Path) -> Path:
     """Write a PNG."""
-    figure.savefig(path, dpi=110)
+    as_written(figure).savefig(path, dpi=110)
     return path
 
 

@@ -1,6 +1,7 @@
-/* Random sequences of FMI calls, legal and illegal, with memory-safe arguments; FMI 2.0 or FMI 3.0. */
+/* Random sequences of FMI calls, legal and illegal, with memory-safe arguments; FMI 2.0 and FMI 3.0, in threads. */
 
 #include <math.h>
+#include <pthread.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -12,7 +13,7 @@
 
 enum { MOST = 6, CALLS = 120 };
 
-static uint64_t seed;
+static _Thread_local uint64_t seed;
 
 static unsigned draw(unsigned n) {
     seed = seed * 6364136223846793005u + 1442695040888963407u;
@@ -31,7 +32,7 @@ static void check_status(int status) {
     }
 }
 
-static int n_messages, n_steps;
+static _Thread_local int n_messages, n_steps;
 
 static void logger2(fmi2ComponentEnvironment e, fmi2String name, fmi2Status s, fmi2String category,
                     fmi2String message, ...) {
@@ -71,7 +72,7 @@ static double steps(void) {
 }
 
 static int state_call2(fmi2Component c, fmi2FMUstate *state) {
-    static char bytes[100000];
+    static _Thread_local char bytes[100000];
     size_t size = 0;
     switch (draw(6)) {
     case 0:
@@ -251,13 +252,45 @@ static void run3(void) {
     fmi3FreeInstance(c);
 }
 
-int main(int argc, char **argv) {
-    const int n_sequences = argc > 1 ? atoi(argv[1]) : 200;
-    for (int k = 0; k < n_sequences; k++) {
-        seed = 1000u + (unsigned)k;
+/* What one thread does: sequences from a first seed on, each with instances of its own. */
+typedef struct {
+    unsigned first_seed;
+    int n_sequences, n_messages, n_steps;
+} Work;
+
+static void *run(void *given) {
+    Work *work = given;
+    for (int k = 0; k < work->n_sequences; k++) {
+        seed = work->first_seed + (unsigned)k;
         run2();
         run3();
     }
-    printf("%d sequences, %d messages, %d good steps\n", n_sequences, n_messages, n_steps);
-    return n_messages > 0 && n_steps > 0 ? 0 : 3;
+    work->n_messages = n_messages;
+    work->n_steps = n_steps;
+    return NULL;
+}
+
+/* host [sequences a thread [first seed [threads]]] */
+int main(int argc, char **argv) {
+    enum { MOST_THREADS = 16 };
+    const int n_sequences = argc > 1 ? atoi(argv[1]) : 200;
+    const unsigned first_seed = argc > 2 ? (unsigned)atoi(argv[2]) : 1000u;
+    const int n_threads = argc > 3 && atoi(argv[3]) < MOST_THREADS ? atoi(argv[3]) : 1;
+    Work works[MOST_THREADS] = {{0}};
+    pthread_t threads[MOST_THREADS];
+    int all_messages = 0, all_steps = 0;
+    for (int i = 0; i < n_threads; i++) {
+        works[i] = (Work){.first_seed = first_seed + (unsigned)(i * n_sequences), .n_sequences = n_sequences};
+        if (pthread_create(&threads[i], NULL, run, &works[i]) != 0) {
+            return 4;
+        }
+    }
+    for (int i = 0; i < n_threads; i++) {
+        pthread_join(threads[i], NULL);
+        all_messages += works[i].n_messages;
+        all_steps += works[i].n_steps;
+    }
+    printf("%d sequences, %d calls, %d messages, %d good steps\n", n_threads * n_sequences,
+           n_threads * n_sequences * 2 * CALLS, all_messages, all_steps);
+    return all_messages > 0 && all_steps > 0 ? 0 : 3;
 }

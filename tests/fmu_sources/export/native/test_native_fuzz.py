@@ -38,10 +38,18 @@ def test_200_random_call_sequences_find_no_fault(tmp_path: Path, name: str) -> N
         (tmp_path / file).write_bytes(content)
     files = [*sorted(str(path) for path in tmp_path.glob("*.c")), str(HOST)]
     subprocess.run(
-        ["gcc", *FLAGS, "-I", str(tmp_path), *files, "-lm", "-o", "host"], cwd=tmp_path, check=True
+        ["gcc", *FLAGS, "-I", str(tmp_path), *files, "-lm", "-pthread", "-o", "host"],
+        cwd=tmp_path,
+        check=True,
     )
 
     done = subprocess.run(["./host", "200"], cwd=tmp_path, capture_output=True, text=True, check=False)
 
     assert done.returncode == 0, done.stdout + done.stderr
     assert done.stdout.startswith("200 sequences, ")
+
+    words = ["./host", "20", "7", "2"]
+    both = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, check=False)
+
+    assert both.returncode == 0, both.stdout + both.stderr
+    assert both.stdout.startswith("40 sequences, 9600 calls, ")
