@@ -191,6 +191,12 @@ def test_a_recording_without_a_column_and_a_wrong_method_are_refused(tmp_path):
     assert exit_status == 2
     assert "column for s_act" in found["problems"][0]
 
+    exit_status, found, _ = call(tmp_path, "--highest", "200")
+    assert exit_status == 2
+    [problem] = found["problems"]
+    assert problem.startswith("--highest: too high for the samples, got 200 Hz with a sample every 0.001 s")
+    assert problem.endswith("expected at most 166.7 Hz")
+
     exit_status, found, _ = call(tmp_path, "--method", "nothing")
     assert exit_status == 2
     assert "no such method" in found["problems"][0]
