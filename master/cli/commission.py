@@ -28,6 +28,8 @@ from .common import CONFIG, FLAVOUR, JSON, SET, VARIANT, answers_errors, print_j
 POSITIVE = click.FloatRange(min=0.0, min_open=True)
 BAND = 1.2
 """Highest frequency that is used, in terms of that of the chirp."""
+MOST_OF_RATE = 0.2
+"""Highest frequency that is used in terms of the sampling rate: the noise is seen above it."""
 OF_FMUS = {"interpolations": 2.0, "spread": 0.01}
 """How often signals are interpolated on their way through the FMUs of contact and sensor."""
 
@@ -84,6 +86,10 @@ def commission(
         )
     held = None if record is None else read_held(record)
     answer = done_apart(lambda: _held(configuration(config), request, chirp, held))
+    if BAND * highest > MOST_OF_RATE / answer.held.period:
+        got = f"{highest:g} Hz with a sample every {answer.held.period:g} s"
+        wanted = f"at most {MOST_OF_RATE / BAND / answer.held.period:.4g} Hz"
+        raise ConfigError([Problem("too high for the samples", where="--highest", got=got, expected=wanted)])
     sampling = OF_FMUS if record is None else {}
     knowledge = Knowledge(answer.held.period, **ratios, **sampling)
     found = fitted(answer.held, answer.believed, BAND * highest, knowledge)
