@@ -148,6 +148,11 @@ class Adequacy:
         return self.ratio < WITHIN_FLOOR
 
     @property
+    def is_coarse(self) -> bool:
+        """Whether the steps of the channel's converter are larger than what is left, and may be its cause."""
+        return self.floor.step > self.rms
+
+    @property
     def is_above_floor(self) -> bool:
         """Whether more is left than noise of any colour makes."""
         return self.ratio > MANY_FLOORS or bool(self.events)

@@ -24,8 +24,8 @@ class Stage:
 
     @property
     def is_noise(self) -> bool:
-        """Whether what is left is the noise of the channels, and nothing predicts it."""
-        return self.is_adequate and all(c.is_within_floor for c in self.channels)
+        """Whether what is left is noise, not steps of a converter, and nothing predicts it."""
+        return self.is_adequate and all(c.is_within_floor and not c.is_coarse for c in self.channels)
 
     @property
     def is_predictable(self) -> bool:
