@@ -122,7 +122,7 @@ class Adequacy:
 
         Rounding of what was recorded repeats over the signals: within the floor it is no finding.
         """
-        is_rounding = self.has_steps and self.ratio < WITHIN_FLOOR
+        is_rounding = self.has_steps and self.is_within_floor
         telling = (p for p in self.predictors if not (is_rounding and p.kind is Kind.PERIODIC))
         return next(telling, None)
 
@@ -141,6 +141,16 @@ class Adequacy:
     def is_silent(self) -> bool:
         """Whether nothing recorded predicts it, beyond doubt."""
         return self.share.value < PREDICTABLE and self.share.interval.high < PREDICTABLE_HIGH
+
+    @property
+    def is_within_floor(self) -> bool:
+        """Whether hardly more is left than the noise of the channel."""
+        return self.ratio < WITHIN_FLOOR
+
+    @property
+    def is_coarse(self) -> bool:
+        """Whether the steps of the channel's converter are larger than what is left, and may be its cause."""
+        return self.floor.step > self.rms
 
     @property
     def is_above_floor(self) -> bool:

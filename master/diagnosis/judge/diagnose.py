@@ -241,7 +241,7 @@ def _searched(begun: PartResult, system: CutSystem, case: Case, deadline: Deadli
     judge = Judge(study, begun.base.values, begun.base.predicted)
     refit = Stage(REFIT, judge.judge(begun.base.predicted))
     result = replace(detect(begun), stages=(refit,))
-    if effects:
+    if effects and not refit.is_noise:
         deadline.arm()
         result = _explained(result, effects, judge)
         deadline.disarm()

@@ -23,6 +23,11 @@ class Stage:
         return all(c.is_adequate for c in self.channels)
 
     @property
+    def is_noise(self) -> bool:
+        """Whether what is left is noise, not steps of a converter, and nothing predicts it."""
+        return self.is_adequate and all(c.is_within_floor and not c.is_coarse for c in self.channels)
+
+    @property
     def is_predictable(self) -> bool:
         """Whether something recorded still predicts what is left in a channel."""
         return any(c.is_predictable for c in self.channels)

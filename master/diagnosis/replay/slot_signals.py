@@ -10,15 +10,16 @@ import numpy as np
 from fmu_sources.composed.composition import EQUATIONS, all_slots
 from fmu_sources.effects.framework.effect import Rms
 from fmu_sources.effects.framework.roles import roles
+from fmu_sources.framework.arithmetic import PYTHON
 from fmu_sources.framework.array_arithmetic import ARRAYS
-from fmu_sources.framework.instance import Instance
+from fmu_sources.framework.instance import RELATIVE_STEP_TOLERANCE, Instance
 from fmu_sources.framework.model import Model
 from fmu_sources.framework.variables import Role
 from master.diagnosis.case.cut import CutSystem, Values
 from master.diagnosis.numerics.arrays import Array
 from master.text.signal_name import SignalName
 
-from .replay_bench import ReplayBench
+from .replay_bench import ReplayBench, Segment
 from .replayer import Player
 
 Signals = dict[str, dict[str, Array]]
@@ -141,31 +142,59 @@ def _by_steps(
     model: Model, values: Mapping[str, Any], bench: ReplayBench, inputs: Mapping[str, Array]
 ) -> Calls:
     """Step a sampled model, for states that an FMU hides; each segment starts as its replay does."""
-    rows: dict[str, list[dict[str, Any]]] = {}
+    states = [
+        _stepped(model, values, bench.period, segment, inputs, bench.first_sample(segment.recording))
+        for segment in bench.segments
+    ]
+    x = model.states.record(list(np.concatenate(states).T))
+    u = model.inputs.record([inputs[name] for name in model.inputs.names])
+    p = model.parameters.record([values.get(v.name, v.start) for v in model.group(Role.PARAMETER)])
+    calls: Calls = {}
 
     def note(name: str, value: Any, **signals: Any) -> Any:
-        rows.setdefault(name, []).append({"value": value, **signals})
+        calls[name] = {"value": value, **signals}
         return value
 
-    for segment in bench.segments:
-        first = bench.first_sample(segment.recording)
-        instance = Instance(model)
-        for name, value in values.items():
-            if name in instance.index:
-                instance[name] = float(value)
-        for k in range(segment.begin, segment.end):
-            t = k * bench.period
-            for name, column in inputs.items():
-                instance[name] = float(column[first + k])
-            if k == segment.begin:
+    model.outputs(bench.times, x, u, p, ARRAYS, slot=note)
+    return calls
+
+
+def _stepped(
+    model: Model,
+    values: Mapping[str, Any],
+    period: float,
+    segment: Segment,
+    inputs: Mapping[str, Array],
+    first: int,
+) -> Array:
+    """States of a sampled model at each sample of a segment, shape (samples of it, states)."""
+    instance = Instance(model)
+    for name, value in values.items():
+        if name in instance.index:
+            instance[name] = float(value)
+    rows = slice(first + segment.begin, first + segment.end)
+    columns = np.column_stack([inputs[name][rows] for name in model.inputs.names]).tolist()
+    names = [v.name for v in model.group(Role.STATE)]
+    own_period = period if model.sample_time is None else instance[model.sample_time]
+    is_plain = abs(own_period - period) <= RELATIVE_STEP_TOLERANCE * period and not any(
+        v.restarts for v in model.all_variables
+    )
+    states: list[list[Any]] = []
+    p: Any = None
+    for k, row in enumerate(columns):
+        t = (segment.begin + k) * period
+        if k == 0 or not is_plain:
+            for name, value in zip(model.inputs.names, row, strict=True):
+                instance[name] = value
+            if k == 0:
                 instance.initialise(t)
+                p = model.parameters.record([instance[v.name] for v in model.group(Role.PARAMETER)])
             else:
-                instance.step(t - bench.period, bench.period)
-            x = model.states.record([instance[v.name] for v in model.group(Role.STATE)])
-            u = model.inputs.record([instance[v.name] for v in model.group(Role.INPUT)])
-            p = model.parameters.record([instance[v.name] for v in model.group(Role.PARAMETER)])
-            model.outputs(t, x, u, p, instance.m, slot=note)
-    return {
-        name: {key: np.array([row[key] for row in called]) for key in called[0]}
-        for name, called in rows.items()
-    }
+                instance.step(t - period, period)
+            now = [instance[name] for name in names]
+        else:  # one sample a row: no need to look anything up by its name
+            x = model.states.record(states[-1])
+            new = model.update(t - period, x, model.inputs.record(row), p, PYTHON)
+            now = model.states.merged(new, states[-1])
+        states.append(now)
+    return np.array(states, dtype=np.float64)

@@ -6,8 +6,10 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from master.diagnosis.adequacy.channels import Judge, Kind
+from master.diagnosis.judge.stages import Stage
 from master.diagnosis.numerics.noise_floor import Evidence
 
 N = 8000
@@ -63,6 +65,26 @@ def test_white_noise_is_adequate():
     assert found.floor.evidence is Evidence.DIFFERENCES
     assert found.ratio == pytest.approx(1.0, abs=0.05)
     assert found.share.value < 0.01
+
+
+def test_white_noise_is_noise_and_coloured_noise_is_more_than_the_differences_show():
+    """Both are adequate; differences of neighbours are smaller where noise is coloured."""
+    coloured = lfilter([1.0], [1.0, -0.7], NOISE)
+
+    white, red = (Stage("refit", (channel(left),)) for left in (NOISE, coloured))
+
+    assert white.is_noise
+    assert red.is_adequate
+    assert not red.is_noise
+
+
+def test_steps_as_large_as_what_is_left_are_not_taken_for_noise():
+    """What is measured in steps of 0.5 has noise of 0.5/sqrt(12), and yet a converter may be missing."""
+    measured = 3.0 * U + NOISE
+    coarse = Stage("refit", (channel(0.5 * np.round(measured / 0.5) - 3.0 * U),))
+
+    assert coarse.channels[0].is_coarse
+    assert not coarse.is_noise
 
 
 def test_a_law_of_what_drives_the_part_is_predictable_by_its_share():

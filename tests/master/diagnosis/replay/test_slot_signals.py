@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from fmu_sources.composed import registry
+from fmu_sources.framework.instance import Instance
 from master.diagnosis.case.cut import MeasuredInput
 from master.diagnosis.replay.replay_bench import Segment
 from master.diagnosis.replay.slot_signals import slot_signals
@@ -72,3 +73,37 @@ def test_a_sampled_model_starts_again_with_each_segment():
     assert noise[600:850] == pytest.approx(noise[:250], abs=1e-9)
     assert noise[1000:] == pytest.approx(noise[:250], abs=1e-9)
     assert noise[:400].std() == pytest.approx(1.0, abs=0.15)
+
+
+def test_a_sampled_model_in_its_slots_is_what_its_instance_gives_step_by_step():
+    """The sensor with lag and noise, stepped by the class that both FMU flavours behave like."""
+    f_act = 20.0 * np.sin(0.01 * np.arange(float(sum(ROWS.values()))))
+    parameters = {"T_f": 0.02, "sigma": 1.0, "sample_time": PERIOD}
+    sensor = Instance(registry.load("force_sensor"))
+    for name, value in parameters.items():
+        sensor[name] = value
+    expected = []
+    for k in range(600):
+        sensor["f_act"] = f_act[k]
+        if k:
+            sensor.step((k - 1) * PERIOD, PERIOD)
+        else:
+            sensor.initialise(0.0)
+        expected.append(sensor["f_mea"])
+
+    found = signals("force_sensor", parameters, {"f_act": f_act}, {})
+
+    assert found["force_sensor.output"]["value"][:600].tolist() == expected
+
+
+def test_a_model_that_samples_faster_than_the_rows_takes_all_its_samples():
+    """Two samples a row with a lag: q = exp(-T/T_f) twice, and both see the force of the row."""
+    f_act = np.where(np.arange(sum(ROWS.values())) < 1, 0.0, 1.0)
+    parameters = {"T_f": 0.01, "sigma": 0.0, "sample_time": 0.5 * PERIOD}
+
+    value = signals("force_sensor", parameters, {"f_act": f_act}, {})["force_sensor.output"]["value"]
+
+    q = np.exp(-0.05)
+    held = (1.0 - q) / 0.05  # share of the new force of a sample that it rises in
+    first = 1.0 - held
+    assert value[1] == pytest.approx(q * first + 1.0 - q, rel=1e-12)

@@ -1,0 +1,125 @@
+"""The second rig agrees with the first, its laws and its logger do what they say, and the table counts."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from fmu_sources.effects.catalogue import listed
+from master.diagnosis.answer.answer import answer
+from tests.rig import Effects, Recorder
+from tests.rig import record as record_first
+from tests.rig.lagrange import LAWS, record
+from tests.rig.lagrange.plant import N_STATES, Body, S, V, X, midpoint, rope_force
+from tests.rig.lagrange.recording import NUISANCES, Nuisance, pink
+from tests.rig.lagrange.trials import SILENT, interval, is_named, is_worse, table, truths, write_case
+
+QUIET = "quiet"
+
+
+@pytest.fixture(autouse=True)
+def quiet(monkeypatch):
+    monkeypatch.setitem(NUISANCES, QUIET, Nuisance(sigma=0.0, off=0.0))
+
+
+def test_without_a_law_it_moves_like_the_first_rig_that_has_other_equations_and_another_solver():
+    found = record(nuisance=QUIET, seed=3, duration=2.0)
+    other = record_first(
+        Effects(), recorder=Recorder(sigma=0.0, sigma_v=0.0, step_f=0.0, step_s=0.0), seed=3, duration=2.0
+    )
+
+    assert np.abs(found["f_mea"] - other["f_mea"]).max() < 0.5  # of 300 N: noise of s_act of 2e-6 m in both
+    assert np.abs(found["s_des"] - other["s_des"]).max() < 1e-5
+
+
+def test_forces_from_energies_are_the_linear_ones():
+    b = Body()
+    force = rope_force(0.3, 2e-3, 0.04, np.zeros(N_STATES), b, 0, 0.0)
+
+    assert force == pytest.approx(b.k_p * 2e-3 + b.c_p * 0.04, rel=1e-9)
+
+
+def test_midpoint_rule_moves_the_end_effector_like_another_solver():
+    """Platform held at 2 mm, end-effector released from zero."""
+    b = Body()
+    y = np.zeros(N_STATES)
+    y[S] = 2e-3
+    for k in range(1000):
+        midpoint(1e-4 * k, y, 1e-4, 2e-3, b, 0, 0.0)
+
+    def motion(_, z):
+        return z[1], (b.k_p * (2e-3 - z[0]) - b.c_p * z[1] - b.k_m * z[0] - b.c_m * z[1]) / b.m_e
+
+    exact = solve_ivp(motion, (0.0, 0.1), [0.0, 0.0], rtol=1e-10, atol=1e-14).y[0, -1]
+    assert y[X] == pytest.approx(exact, abs=2e-3 * 1e-3)
+    assert abs(y[V]) < 1e-12
+
+
+def test_there_are_thirty_laws_and_none_has_the_name_of_a_listed_effect():
+    assert len(LAWS) >= 30
+    assert not set(LAWS) & set(listed())
+    assert len({law.number for law in LAWS.values()}) == len(LAWS)
+
+
+@pytest.mark.long
+def test_each_law_shows_in_the_recording_and_leaves_the_loop_stable():
+    base = record(nuisance=QUIET, seed=3, duration=1.6)
+    for name in LAWS:
+        found = record(name, nuisance=QUIET, seed=3, duration=1.6)
+
+        assert len(found) == len(base), name
+        assert np.std(found["f_mea"] - base["f_mea"]) > 0.5, name
+
+
+def test_logger_does_what_its_nuisance_says():
+    bits = record(nuisance="bits", duration=1.0)["f_mea"] / (1000.0 / 4096.0)
+    held = record(nuisance="dropped", duration=4.0)["f_mea"]
+    noise = pink(np.random.default_rng(1), 2**14)
+    power = np.abs(np.fft.rfft(noise)) ** 2
+
+    assert np.abs(bits - np.round(bits)).max() < 1e-9
+    assert 0 < np.count_nonzero(np.diff(held) == 0.0) < 30
+    slope = np.polyfit(np.log(np.arange(10, 4000)), np.log(power[10:4000]), 1)[0]
+    assert slope == pytest.approx(-1.0, abs=0.1)
+
+
+def test_interval_of_a_count_is_that_of_clopper_and_pearson():
+    """None of n: 1 - 0.025^(1/n); by hand for 30: 11.6 %."""
+    assert interval(0, 30) == pytest.approx((0.0, 1.0 - 0.025 ** (1 / 30)))
+    assert interval(30, 30) == pytest.approx((0.025 ** (1 / 30), 1.0))
+    assert math.isclose(interval(0, 30)[1], 0.1157, abs_tol=1e-4)
+
+
+def test_table_counts_false_alarms_wrong_names_and_what_got_worse():
+    row = {"seed": 1, "before": {"a": 2.0}, "after": {"a": 1.0}, "explained": 0.5, "ceiling": 0.6}
+    rows = [
+        row | {"truth": "none:white", "verdict": "parameters only", "effects": [], "after": {"a": 2.0}},
+        row | {"truth": "bump", "verdict": "undeclared", "effects": ["c.r: learned_position_1 (undeclared)"]},
+        row
+        | {"truth": "fatigue", "verdict": "traced", "effects": ["c.r: drift (traced)"], "after": {"a": 3.0}},
+    ]
+
+    text = table(rows)
+
+    assert "| no effect: claimed | <= 2 % | 0/1 |" in text
+    assert "| undeclared: detected | >= 95 % | 2/2 |" in text
+    assert "| undeclared: named with confidence | <= 3 % | 1/2 |" in text
+    assert "| after worse than before, yet added | 0 | 1/3 |" in text
+    assert [is_named(r) for r in rows] == [False, False, True]
+    assert is_worse(rows[2])
+
+
+@pytest.mark.long
+def test_a_swing_of_the_friction_in_time_is_undeclared(tmp_path):
+    """Fixed sample of the campaign; seed 9 has white noise and all numbers up to 10 % off."""
+    report = answer(write_case(tmp_path, "swinging_friction", 9), tmp_path / "out", lambda _: None)
+
+    assert report["verdict"] not in (*SILENT, "traced")
+    assert report["explained_share"] <= report["ceiling"]["share"] + 0.05
+
+
+def test_campaign_has_all_nuisances_and_all_laws():
+    assert len(truths()) == len(NUISANCES) - 1 + len(LAWS) + 1

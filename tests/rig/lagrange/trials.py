@@ -1,0 +1,157 @@
+"""
+Trials of the diagnosis on the second rig, on demand: one line of JSON each, and the table of all.
+
+    python -m tests.rig.lagrange.trials OUT.jsonl FIRST_SEED N_SEEDS [TRUTH ...]
+    python -m tests.rig.lagrange.trials --table OUT.jsonl
+
+A truth is the name of a law, or `none:` and a nuisance; all of them if none is named. A law comes with a
+nuisance that goes with the seed. Those in the file already are left out. Run it with OPENBLAS_NUM_THREADS=1.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+import yaml
+from scipy.stats import beta
+
+from master.diagnosis.answer.answer import answer
+from tests.rig.lagrange.laws import LAWS
+from tests.rig.lagrange.recording import NONE, NUISANCES, record
+
+CASE = Path(__file__).parents[3] / "configs" / "measured" / "docking_rig.yaml"
+SILENT = ("nothing missing", "parameters only")
+CONFIDENT = ("traced", "one of a class")
+SURE = 0.95
+
+
+def truths() -> list[str]:
+    """All truths, those without an effect first."""
+    return [f"{NONE}:{name}" for name in NUISANCES] + list(LAWS)
+
+
+def write_case(folder: Path, truth: str, seed: int) -> Path:
+    """Record a truth, and write the case of the first rig with all effects allowed in its slots."""
+    rng = np.random.default_rng(7000 + seed)
+    law, _, nuisance = truth.partition(":")
+    nuisance = nuisance or list(NUISANCES)[seed % len(NUISANCES)]
+    record(law, rng.uniform(0.6, 1.4), nuisance=nuisance, seed=seed).write(folder / "rig.npz")
+    case = yaml.safe_load(CASE.read_text())
+    case["system"] = str((CASE.parent / case["system"]).resolve())
+    case["recordings"] = {"rich": {"file": "rig.npz"}}
+    case["slots"] = dict.fromkeys(case["slots"], "all")
+    path = folder / "case.yaml"
+    path.write_text(yaml.safe_dump(case))
+    return path
+
+
+def trial(truth: str, seed: int) -> dict:
+    """One trial; an error is a result too."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        begin = time.process_time()
+        try:
+            report = answer(write_case(folder, truth, seed), folder / "out", lambda _: None)
+        except Exception as error:
+            return {"truth": truth, "seed": seed, "verdict": "error", "error": repr(error)[:300]}
+        return {
+            "truth": truth,
+            "seed": seed,
+            "verdict": report["verdict"],
+            "subsystem": report["subsystem"],
+            "effects": [f"{e['fmu']}.{e['slot']}: {e['effect']} ({e['status']})" for e in report["effects"]],
+            "sentence": report["sentence"],
+            "explained": report["explained_share"],
+            "ceiling": report["ceiling"]["share"],
+            "before": {k: v["rmse"] for k, v in report["before"].items()},
+            "after": {k: v["rmse"] for k, v in report["after"].items()},
+            "processor_seconds": round(time.process_time() - begin, 1),
+        }
+
+
+def is_silent(row: dict) -> bool:
+    """Whether nothing was said to be missing."""
+    return row["verdict"] in SILENT
+
+
+def is_named(row: dict) -> bool:
+    """Whether a name was given with confidence; no law of this rig has one."""
+    return row["verdict"] in CONFIDENT or any(e.endswith("(traced)") for e in row.get("effects", []))
+
+
+def is_worse(row: dict) -> bool:
+    """Whether an effect was added and a channel is left worse on the sealed part."""
+    pairs = [(v, row["after"][k]) for k, v in row.get("before", {}).items()]
+    known = [(b, a) for b, a in pairs if b is not None and a is not None]
+    return bool(row.get("effects")) and any(a > 1.001 * b for b, a in known)
+
+
+def interval(count: int, n: int) -> tuple[float, float]:
+    """95 % interval of a share by Clopper and Pearson (1934), of `count` in `n`."""
+    tail = 0.5 * (1.0 - SURE)
+    low = float(beta.ppf(tail, count, n - count + 1)) if count else 0.0
+    high = float(beta.ppf(1.0 - tail, count + 1, n - count)) if count < n else 1.0
+    return low, high
+
+
+def table(rows: list[dict]) -> str:
+    """Counts with intervals against their bounds, and every trial's outcome, in Markdown."""
+    none = [r for r in rows if r["truth"].startswith(NONE)]
+    laws = [r for r in rows if r not in none and r["verdict"] != "error"]
+    cost = [r["processor_seconds"] for r in rows if "processor_seconds" in r]
+    lines = ["| check | bound | count | 95 % interval |", "|---|---|---|---|"]
+    checks = (
+        ("no effect: claimed", "<= 2 %", none, lambda r: not is_silent(r)),
+        ("undeclared: detected", ">= 95 %", laws, lambda r: not is_silent(r)),
+        ("undeclared: named with confidence", "<= 3 %", laws, is_named),
+        ("after worse than before, yet added", "0", rows, is_worse),
+        ("explained <= ceiling + 0.05", "all", laws, lambda r: r["explained"] <= r["ceiling"] + 0.05),
+        ("ended in an error", "0", rows, lambda r: r["verdict"] == "error"),
+    )
+    for what, bound, own, counted in checks:
+        if own:
+            count = sum(map(counted, own))
+            low, high = interval(count, len(own))
+            lines.append(f"| {what} | {bound} | {count}/{len(own)} | {100 * low:.0f} to {100 * high:.0f} % |")
+    lines += ["", "| truth | seed | verdict | effects |", "|---|---|---|---|"]
+    lines += [
+        f"| {r['truth']} | {r['seed']} | {r['verdict']} | {'; '.join(r.get('effects', []))} |" for r in rows
+    ]
+    if cost:
+        lines += [
+            "",
+            f"Processor time of a trial: {np.median(cost):.0f} s in the median, {max(cost):.0f} s at most.",
+        ]
+    return "\n".join(lines)
+
+
+def main(arguments: list[str]) -> None:
+    """Run trials, or print their table."""
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--table", action="store_true")
+    parser.add_argument("out", type=Path)
+    parser.add_argument("first", type=int, nargs="?", default=1)
+    parser.add_argument("count", type=int, nargs="?", default=1)
+    parser.add_argument("truths", nargs="*")
+    given = parser.parse_args(arguments)
+    rows = [json.loads(line) for line in given.out.read_text().splitlines()] if given.out.exists() else []
+    if given.table:
+        sys.stdout.write(f"{table(rows)}\n")
+        return
+    done = {(r["truth"], r["seed"]) for r in rows}
+    for seed in range(given.first, given.first + given.count):
+        for truth in given.truths or truths():
+            if (truth, seed) not in done:
+                row = trial(truth, seed)
+                with given.out.open("a") as file:
+                    file.write(json.dumps(row) + "\n")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
