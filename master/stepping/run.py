@@ -172,7 +172,7 @@ class RunLoop:
     def _room_to_touch(self) -> Floats:
         """Memory that rows will be written to, up to a limit."""
         n = min(self.grid.n_ticks, _MOST_BYTES_TOUCHED // (8 * max(1, len(self.ports))))
-        return self.recorder.room(self.recorder.most(max(1, n)))
+        return self.recorder.ahead(max(1, n))
 
     def _chunk(self, wanted: int) -> int:
         """Number of ticks until the next event of the scenario, the end of the run, or as wanted."""
