@@ -123,6 +123,18 @@ def _interval(_: click.Context, __: click.Parameter, value: str | None) -> float
     help="What to do when a tick is not done in time.",
 )
 @click.option(
+    "--priority",
+    type=click.IntRange(1, 99),
+    metavar="P",
+    help="In real time: step with priority P of SCHED_FIFO (needs CAP_SYS_NICE or an rtprio limit).",
+)
+@click.option(
+    "--core",
+    type=click.IntRange(min=0),
+    metavar="N",
+    help="In real time: step on processor N alone.",
+)
+@click.option(
     "--log",
     "level",
     type=click.Choice(["none", *LEVELS]),
@@ -167,6 +179,10 @@ def run(config: Path, output: Path | None, as_json: bool, page: bool, **options:
     """Step the system that CONFIG describes and save what it computes."""
     factor, on_overrun, level = options.pop("real_time"), options.pop("on_overrun"), options.pop("level")
     interval = options.pop("checkpoint")
+    priority, core = options.pop("priority"), options.pop("core")
+    if factor is None and not (priority is None and core is None):
+        where = "--core" if priority is None else "--priority"
+        raise ConfigError([Problem("not in real time", where=where, got="no --real-time", expected="both")])
     if interval is not None and factor is not None:
         expected = "one of both: a run beside hardware cannot go on later"
         raise ConfigError([Problem("in real time", where=OPTION, got="--real-time", expected=expected)])
@@ -175,7 +191,7 @@ def run(config: Path, output: Path | None, as_json: bool, page: bool, **options:
     experiment = prepare_to_run(config, request, show_building)
     given = (*request.assignments, *(() if request.inputs is None else (f"inputs={request.inputs.name}",)))
     path = output or results_folder(experiment.name, request.variant, given)
-    pacer = None if factor is None else Pacer(factor, on_overrun)
+    pacer = None if factor is None else Pacer(factor, on_overrun, priority, core)
     log = None if level == "none" else level
     described = Described(str(config), configuration(config), request, experiment, started)
     if interval is not None:

@@ -189,6 +189,7 @@ def _message(outcome: Outcome) -> str:
 
 
 _MOST_MESSAGES = 10
+_MOST_WORST = 3
 _LONGEST_MESSAGE = 300
 
 _LABELS = {
@@ -240,12 +241,17 @@ def _real_time_lines(found: dict[str, Any]) -> list[str]:
     """Lateness of the ticks, with a bar for each bin of the histogram."""
     if not found:
         return []
-    worst = f"{found['worst_ms']:.3f} at tick {found['worst_tick']}"
+    shares = " / ".join(f"{found[key]:.3f}" for key in ("median_ms", "p99_ms", "p999_ms"))
     lines = [
-        f"  {'lateness of a tick, median / 99 % [ms]':<54}{found['median_ms']:.3f} / {found['p99_ms']:.3f}",
-        f"  {'worst lateness [ms]':<54}{worst}",
+        f"  {'lateness of a tick, median / 99 % / 99.9 % [ms]':<54}{shares}",
         f"  {'ticks that were not done in time':<54}{found['overruns']}",
     ]
+    if found["page_faults"] is not None:
+        lines.append(f"  {'page faults after the first second':<54}{found['page_faults']}")
+    for worst in found["worst"][:_MOST_WORST]:
+        said = f"{worst['late_ms']:.3f} at tick {worst['tick']}: {worst['cause']}"
+        lines.append(f"  {'among the worst latenesses [ms]':<54}{said}")
+    lines += [f"  note: {note}" for note in found["notes"]]
     total = sum(found["histogram"].values())
     for name, count in found["histogram"].items():
         lines.append(f"    {name:>18} {count:>9} {'#' * round(40 * count / total)}".rstrip())

@@ -57,6 +57,10 @@ class Rows(Protocol):
         """Rows to be filled and then added, shape (n, signals)."""
         ...
 
+    def ahead(self, n: int) -> Floats:
+        """Memory of the next n rows, as far as there is any: shape (at most n, signals)."""
+        ...
+
     def add(self, rows: Floats) -> None:
         """Append rows, shape (n, signals)."""
         ...
@@ -96,6 +100,9 @@ class Recorder:
             return np.empty((n, len(self.ports)))
         self._grow(self._n_kept + n)
         return self._table[self._n_kept : self._n_kept + n]
+
+    def ahead(self, n: int) -> Floats:
+        return self.room(n)
 
     def add(self, rows: Floats) -> None:
         """Append rows, shape (n, signals)."""

@@ -53,6 +53,9 @@ class SharedRows:
         first = int(self._cells[WRITTEN]) % self.capacity
         return self._table[first : first + n]
 
+    def ahead(self, n: int) -> Floats:
+        return self.room(n)
+
     def add(self, rows: Floats) -> None:
         """Append rows, shape (n, signals)."""
         place = self.room(len(rows))

@@ -38,7 +38,7 @@ from .machine.compiled import Execute
 from .machine.execution import execute_ticks
 from .machine.interpreter import Execution, LimitMonitor, Stop
 from .machine.operations import Deviation
-from .machine.program import Program
+from .machine.program import Floats, Program
 from .recorded import recorded_ports
 from .scenario_player import ScenarioPlayer
 from .snapshot import Snapshot, arrays_of, layout_of, restore_arrays
@@ -46,6 +46,7 @@ from .snapshot import Snapshot, arrays_of, layout_of, restore_arrays
 _CHUNK_SECONDS = 0.1
 _FIRST_CHUNK = 64
 _MOST_SHOWN = 12  # values of the FMU that a run was stopped for
+_MOST_BYTES_TOUCHED = 2**27
 _MOST_TICKS = 16384  # so that rows on their way to a file need the same memory however fast the FMUs are
 
 
@@ -154,7 +155,10 @@ class RunLoop:
             self.player.look(self.monitor.triggers, 0)
             if self.player.stopped is not None:
                 return self._stopped(self.player.stopped)
-        with nullcontext() if pacer is None else pacer.pacing():
+        with nullcontext() if pacer is None else pacer.pacing(self.grid.step_size, self._room_to_touch()):
+            if pacer is not None:
+                self._execute(execute, 0)  # loads the code of the loop that waits
+                pacer.begin()
             while self.done < self.grid.n_ticks:
                 if self.position.cells[position.STOP]:
                     return self._offer_snapshot(always=True) or self._outcome(INTERRUPTED)
@@ -162,19 +166,21 @@ class RunLoop:
                     return refused
                 self.player.advance(self.done)
                 if pacer is not None:
-                    pacer.wait(self.done, self.grid.step_size)
-                    chunk = 1
+                    chunk = pacer.chunk
                 n, before = self._chunk(chunk), self.seconds
                 ended = self._ended(self._execute(execute, n))
                 self._report_float_mode()
                 progress(n)
                 if ended is not None:
                     return ended
-                if pacer is not None and not pacer.done(self.done - 1, self.grid.step_size):
-                    return self._outcome(OVERRUN, cause=f"tick {self.done - 1} was not done in time")
                 share = _CHUNK_SECONDS / max(self.seconds - before, 1e-9)
                 chunk = max(1, min(4 * chunk, int(n * share), _MOST_TICKS))
         return self._outcome(COMPLETED)
+
+    def _room_to_touch(self) -> Floats:
+        """Memory that rows will be written to, up to a limit."""
+        n = min(self.grid.n_ticks, _MOST_BYTES_TOUCHED // (8 * max(1, len(self.ports))))
+        return self.recorder.ahead(max(1, n))
 
     def _chunk(self, wanted: int) -> int:
         """Number of ticks until the next event of the scenario, the end of the run, or as wanted."""
@@ -185,8 +191,11 @@ class RunLoop:
         rows = self.recorder.room(n)
         grid = self.grid
         begin = time.perf_counter()
+        pacer = self.options.pacer
+        pace = None if pacer is None else pacer.address(self.done)
+        end = self.done + n
         ended = execute_ticks(
-            execute, self.program, self.monitor, grid.t0, grid.step_size, self.done, self.done + n, rows
+            execute, self.program, self.monitor, grid.t0, grid.step_size, self.done, end, rows, pace
         )
         self.seconds += time.perf_counter() - begin
         messages.current().collect()
@@ -214,6 +223,8 @@ class RunLoop:
                 return self._outcome(FAILED, error=self._error(ended))
             case Stop.OUT_OF_LIMITS:
                 return self._diverged(ended.where)
+            case Stop.LATE:
+                return self._outcome(OVERRUN, cause=f"tick {self.done - 1} was not done in time")
             case Stop.ASKED_FOR_END:
                 return self._terminated(ended.where)
             case Stop.TRIGGERED:

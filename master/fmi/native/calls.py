@@ -22,6 +22,10 @@ _INT, _DOUBLE, _POINTER, _SIZE = ctypes.c_int, ctypes.c_double, ctypes.c_void_p,
 _EXCHANGE = (_INT, _POINTER, _POINTER, _SIZE, _POINTER)
 _STATE = (_INT, _POINTER, _POINTER)
 _EXCHANGE_3 = (*_EXCHANGE, _SIZE)
+CLOCK_TIME = (_INT, _INT, _POINTER)
+CLOCK_SLEEP = (_INT, _INT, _INT, _POINTER, _POINTER)
+MONOTONIC = 1  # CLOCK_MONOTONIC and TIMER_ABSTIME of Linux
+ABSOLUTE = 1
 _STEP = (_INT, _POINTER, _DOUBLE, _DOUBLE, _INT)
 _STEP_3 = (_INT, _POINTER, _DOUBLE, _DOUBLE, ctypes.c_bool, *[_POINTER] * 4)
 
@@ -61,6 +65,16 @@ def do_step_3(address: int, component: int, t: float, h: float, answers: int) ->
 def state(address: int, component: int, argument: int) -> int:
     """Call getter (argument: address of the cell to fill) or setter (the saved state) of an FMU's state."""
     return _function(_STATE, int(address))(int(component), int(argument))
+
+
+def clock_time(address: int, place: int) -> int:
+    """Call clock_gettime of the monotonic clock; `place` is the address of seconds and nanoseconds."""
+    return _function(CLOCK_TIME, int(address))(MONOTONIC, int(place))
+
+
+def clock_sleep(address: int, place: int) -> int:
+    """Call clock_nanosleep until the absolute time [s, ns] at the address `place`."""
+    return _function(CLOCK_SLEEP, int(address))(MONOTONIC, ABSOLUTE, int(place), 0)
 
 
 _I64, _I32, _I1, _F64 = ir.IntType(64), ir.IntType(32), ir.IntType(1), ir.DoubleType()
@@ -129,6 +143,23 @@ def _state_compiled(typing: Any, address: Any, component: Any, argument: Any) ->
     return signature, generate
 
 
+@intrinsic
+def _clock_time_compiled(typing: Any, address: Any, place: Any) -> Any:
+    def generate(context: Any, builder: Any, _: Any, arguments: Any) -> Any:
+        return _indirect_call(builder, arguments[0], [_I32, _I64], [_I32(MONOTONIC), arguments[1]])
+
+    return types.int64(*[types.int64] * 2), generate
+
+
+@intrinsic
+def _clock_sleep_compiled(typing: Any, address: Any, place: Any) -> Any:
+    def generate(context: Any, builder: Any, _: Any, arguments: Any) -> Any:
+        given = [_I32(MONOTONIC), _I32(ABSOLUTE), arguments[1], _I64(0)]
+        return _indirect_call(builder, arguments[0], [_I32, _I32, _I64, _I64], given)
+
+    return types.int64(*[types.int64] * 2), generate
+
+
 # numba compares the parameters of both forms, annotations included: so there are none here.
 @compiled_form(exchange)
 def _(address, component, references, n, values):
@@ -157,3 +188,13 @@ def _(address, component, t, h):
 @compiled_form(do_step_3)
 def _(address, component, t, h, answers):
     return lambda address, component, t, h, answers: _do_step_3_compiled(address, component, t, h, answers)
+
+
+@compiled_form(clock_time)
+def _(address, place):
+    return lambda address, place: _clock_time_compiled(address, place)
+
+
+@compiled_form(clock_sleep)
+def _(address, place):
+    return lambda address, place: _clock_sleep_compiled(address, place)

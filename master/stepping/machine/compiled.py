@@ -44,6 +44,7 @@ SOURCES = (
     "stepping/machine/interpreter",
     "stepping/machine/fmu_step",
     "stepping/machine/operations",
+    "stepping/machine/pace",
     "stepping/machine/program",
     "system/channel",
     "coupling/extrapolation",
@@ -66,17 +67,17 @@ def digest_of_sources() -> int:
 
 @lru_cache(maxsize=1)
 def compiled() -> Execute:
-    """Return `execute` as compiled code: it takes the same arguments but `general`."""
+    """Return `execute` as compiled code: it takes the same arguments but `general`, `pace` by its name."""
     dispatcher = _dispatcher(digest_of_sources())
     if not hasattr(dispatcher, "stats"):  # NUMBA_DISABLE_JIT=1
-        return lambda *arguments: dispatcher(*arguments, True)
+        return lambda *arguments, pace=None: dispatcher(*arguments, True, pace)
     path = dispatcher.stats.cache_path
     files = CacheFiles(None if path is None else Path(path), "compiled.*keyed*")
     files.drop_damaged()
 
-    def run(memory: Memory, *arguments: Any) -> Execution:
+    def run(memory: Memory, *arguments: Any, pace: int | None = None) -> Execution:
         known = len(dispatcher.signatures)
-        result: Execution = dispatcher(memory, *arguments, None if is_plain(memory) else True)
+        result: Execution = dispatcher(memory, *arguments, None if is_plain(memory) else True, pace)
         if len(dispatcher.signatures) > known:
             files.note_digests()
         return result
@@ -118,10 +119,10 @@ def _dispatcher(digest: int) -> Any:
     """Compile a function whose closure holds the digest, so that it is part of the key of numba's cache."""
     from numba import njit
 
-    def keyed(memory, monitor, t0, h, begin, end, rows, general):  # type: ignore[no-untyped-def]  # compiled
+    def keyed(memory, monitor, t0, h, begin, end, rows, general, pace):  # type: ignore[no-untyped-def]  # noqa: PLR0913
         if digest < 0:
-            return execute(memory, monitor, t0, h, begin, begin, rows, general)
-        return execute(memory, monitor, t0, h, begin, end, rows, general)
+            return execute(memory, monitor, t0, h, begin, begin, rows, general, pace)
+        return execute(memory, monitor, t0, h, begin, end, rows, general, pace)
 
     with kept_in(cache_folder()):
         try:

@@ -10,7 +10,7 @@ from .interpreter import DONE, Execution, LimitMonitor
 from .program import Floats, Program
 
 
-def execute_ticks(
+def execute_ticks(  # noqa: PLR0913 - what a tick is, which ticks, and where they go
     execute: Execute,
     program: Program,
     monitor: LimitMonitor,
@@ -19,6 +19,7 @@ def execute_ticks(
     begin: int,
     end: int,
     rows: Floats,
+    pace: int | None = None,
 ) -> Execution:
     """
     Call `execute`, compiled or not, for the ticks from `begin` to before `end`.
@@ -28,7 +29,7 @@ def execute_ticks(
     present = position.current()
     present.step(program.slaves, t0, h)
     folder = working_folder()
-    ended = execute(program.memory, monitor, t0, h, begin, end, rows)
+    ended = execute(program.memory, monitor, t0, h, begin, end, rows, pace=pace)
     restore_working_folder(folder)
     if ended.stop == DONE:
         present.rest(end)

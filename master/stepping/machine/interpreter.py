@@ -16,6 +16,7 @@ from master.process import position as cell
 
 from .fmu_step import ANSWERS, RESTORED, SAVED, STEPPED, copy, feed, record, step_fmu
 from .operations import ENDED_WITHIN, NO_STATE, channel, close_loop, extrapolate, is_bad, mapped
+from .pace import STOPS, is_overrun, wait_for
 from .program import (
     CHECK,
     COLLECT,
@@ -54,9 +55,10 @@ class Stop(IntEnum):
     NOT_CONVERGED = 3
     TRIGGERED = 4
     ASKED_FOR_END = 5
+    LATE = 6
 
 
-DONE, FAILED, OUT_OF_LIMITS, NOT_CONVERGED, TRIGGERED, ASKED_FOR_END = map(int, Stop)
+DONE, FAILED, OUT_OF_LIMITS, NOT_CONVERGED, TRIGGERED, ASKED_FOR_END, LATE = map(int, Stop)
 
 
 class Execution(NamedTuple):
@@ -187,7 +189,7 @@ def _after_tick(
 
 
 @inner
-def execute(  # noqa: C901 - the one dispatch over all operations, in one function for the compiler
+def execute(  # noqa: C901, PLR0913 - the one dispatch over all operations, in one function for the compiler
     memory: Memory,
     monitor: LimitMonitor,
     t0: float,
@@ -196,6 +198,7 @@ def execute(  # noqa: C901 - the one dispatch over all operations, in one functi
     end: int,
     rows: Floats,
     general: bool | None = True,
+    pace: int | None = None,
 ) -> Execution:
     """
     Execute ticks and record one row after each.
@@ -209,6 +212,7 @@ def execute(  # noqa: C901 - the one dispatch over all operations, in one functi
         end: The one after the last.
         rows: Values after each tick, shape (ticks, recorded signals), written.
         general: None for a program that `is_plain`: numba leaves out what it does not need.
+        pace: Address of the cells of `pace`, None if ticks follow each other at once.
     """
     operations, n_operations = memory.operations.ctypes.data, memory.operations.shape[0]
     slaves, blocks = memory.slaves.ctypes.data, memory.blocks.ctypes.data
@@ -226,6 +230,8 @@ def execute(  # noqa: C901 - the one dispatch over all operations, in one functi
     has_triggers = monitor.triggers.shape[0] > 0
     position = memory.position.ctypes.data
     for k in range(begin, end):
+        if pace is not None:
+            wait_for(pace, k)
         store(position, TICK, FLOAT64, float(k))
         i, ended, row = 0, -1, k - begin
         while i < n_operations:
@@ -271,6 +277,8 @@ def execute(  # noqa: C901 - the one dispatch over all operations, in one functi
             after = _after_tick(memory, monitor, k, row, n_beyond, ended)
             if after.stop != DONE:
                 return after
+        if pace is not None and is_overrun(pace, k) and integer_at(pace, STOPS) != 0:
+            return Execution(LATE, row + 1, 0, 0, 0)
     scratch[0] = 0  # used until here: numba frees an array after its last use, whoever has its address
     return Execution(DONE, end - begin, 0, 0, 0)
 

@@ -25,6 +25,7 @@ from master.comparison.cells import Cell
 from master.comparison.compare import Task, score
 from master.comparison.methods import all_methods
 from master.experiment.prepare import Request
+from tests.costs import long_for
 
 E2 = Path(__file__).parents[3] / "configs" / "experiment_1000kg.yaml"
 T = 1e-3

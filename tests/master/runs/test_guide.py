@@ -22,7 +22,7 @@ COMMANDS = [
 @pytest.mark.long
 def test_every_command_runs(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    assert len(COMMANDS) == 10
+    assert len(COMMANDS) == 11
     for line in COMMANDS:
         program, *words = line.split()
         done = CliRunner().invoke(main, words)

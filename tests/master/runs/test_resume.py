@@ -148,6 +148,8 @@ def test_results_that_are_shorter_than_the_checkpoint_says_are_refused(killed):
     [
         (["--checkpoint", "0s"], "not a time between checkpoints, got '0s', expected a time from 10 ms"),
         (["--checkpoint", "1 week"], "not a time between checkpoints, got '1 week'"),
+        (["--priority", "80"], "--priority: not in real time, got no --real-time, expected both"),
+        (["--core", "0"], "--core: not in real time, got no --real-time, expected both"),
         (["--checkpoint", "60s", "--real-time"], "--checkpoint: in real time, got --real-time"),
     ],
 )
