@@ -26,6 +26,7 @@ COMMANDS = {
     "examples": "examples",
     "inspect": "inspect",
     "new": "new",
+    "new-model": "new_model",
     "schema": "schema",
     "doctor": "doctor",
 }
@@ -34,7 +35,7 @@ GROUPS = {
     "understand a system": ("check", "explain", "show", "analyse", "inspect"),
     "measured data": ("case", "diagnose", "replay"),
     "compensation": ("design-dpdc", "compare-methods", "reproduce"),
-    "make and exchange": ("new", "build", "export-ssp", "linearise", "schema"),
+    "make and exchange": ("new", "new-model", "build", "export-ssp", "linearise", "schema"),
     "the machine": ("doctor",),
 }
 """Commands as `--help` lists them: by what a person wants to do."""

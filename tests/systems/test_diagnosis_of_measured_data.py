@@ -90,7 +90,10 @@ def test_page_shows_the_verdict_first_and_all_panels_without_an_error(emps, brow
         ".map(e => parseFloat(getComputedStyle(e).fontSize))"
     )
 
-    assert browser.run("return document.querySelector('p').textContent") == report["sentence"]
+    texts = browser.run("return [...document.querySelectorAll('p')].slice(0, 2).map(p => p.textContent)")
+    assert texts[0].startswith(("The model lacks ", "No law is sure; "))
+    assert "times the noise floor" in texts[0]
+    assert texts[1] == report["sentence"]
     assert all(images)
     assert len(images) >= sum(f.endswith(".png") for f in report["files"])
     assert set(fetched) <= {"data:"}
