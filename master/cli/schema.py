@@ -8,15 +8,19 @@ from .common import answers_errors, print_json
 
 
 @click.command()
-@click.argument("kind", type=click.Choice(["system", "case"]), default="system")
+@click.argument("kind", type=click.Choice(["system", "case", "report"]), default="system")
 @answers_errors
 def schema(kind: str) -> None:
-    """Print the JSON Schema of a system or a case."""
+    """Print the JSON Schema of a system, a case, or the report of a diagnosis (report.json, --json)."""
     from master.diagnosis.case.case import Case
     from master.system.config import Config
     from master.text.schema import json_schema
 
     if kind == "system":
         print_json(json_schema(Config, "A system for dockloop"))
+    elif kind == "report":
+        from master.diagnosis.answer.report.schema import report_schema
+
+        print_json(report_schema())
     else:
         print_json(json_schema(Case, "A case for dockloop diagnose"))

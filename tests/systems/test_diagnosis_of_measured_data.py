@@ -5,11 +5,13 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import jsonschema
 import pytest
 import yaml
 from click.testing import CliRunner
 
 from master.cli.diagnose import diagnose
+from master.diagnosis.answer.report.schema import report_schema
 from tests.systems.browser import opened
 from tests.systems.page_checks import faults
 
@@ -65,6 +67,7 @@ def test_report_has_the_keys_that_are_promised(emps):
     assert report["ceiling"]["share"] > 0.9
     assert all(set(r) == {"round", "effect", "gain", "why", "sealed_rmse"} for r in report["runners_up"])
     assert json.loads((folder / "report.json").read_text()) == report
+    jsonschema.Draft202012Validator(report_schema()).validate(report)
     assert all((folder / name).is_file() for name in report["files"])
 
 
