@@ -32,6 +32,7 @@ COMMANDS = {
     "examples": "examples",
     "inspect": "inspect",
     "new": "new",
+    "new-model": "new_model",
     "schema": "schema",
     "doctor": "doctor",
 }
@@ -40,7 +41,7 @@ GROUPS = {
     "understand a system": ("check", "explain", "show", "analyse", "preflight", "inspect"),
     "measured data": ("case", "diagnose", "replay"),
     "compensation": ("commission", "design-dpdc", "compare-methods", "rths", "reproduce"),
-    "make and exchange": ("new", "build", "export-fmu", "export-ssp", "linearise", "schema"),
+    "make and exchange": ("new", "new-model", "build", "export-fmu", "export-ssp", "linearise", "schema"),
     "the machine": ("doctor",),
 }
 """Commands as `--help` lists them: by what a person wants to do."""

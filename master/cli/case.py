@@ -26,10 +26,14 @@ from .common import answers_errors, say
 @answers_errors
 def case(files: tuple[Path, ...], output: Path) -> None:
     """Draft a case from recordings: what columns show, and a model to start from; guesses are marked."""
+    from master.diagnosis.data.columns_picture import draw_columns
     from master.diagnosis.data.draft import case_text, facts_of, report
 
-    if output.exists():
-        raise ConfigError([Problem("is there already", where=str(output), expected="another --output")])
+    written = (output, output.with_suffix(".png"))
+    there = [file for file in written if file.exists()]
+    if there:
+        said = [Problem("is there already", where=str(file), expected="another --output") for file in there]
+        raise ConfigError(said)
     facts = [facts_of(file) for file in files]
     names = [c.name for c in facts[0].columns]
     problems = [
@@ -49,4 +53,5 @@ def case(files: tuple[Path, ...], output: Path) -> None:
     for own in facts:
         for line in report(own):
             say(line)
+    say(f"{draw_columns(facts, output.with_suffix('.png'))}: all columns")
     say(f"{output}: a draft; look at each line that says 'guess', then dockloop check {output}")

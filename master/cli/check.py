@@ -35,13 +35,23 @@ from .common import (
 @INPUTS
 @STEP_SIZE
 @FLAVOUR
+@click.option(
+    "--plot",
+    type=click.Path(path_type=Path, dir_okay=False),
+    metavar="FILE.png",
+    help="Of a case: replay the models as they are, and draw them over what was measured.",
+)
 @JSON
 @answers_errors
-def check(config: Path, as_json: bool, **options: Any) -> None:
+def check(config: Path, plot: Path | None, as_json: bool, **options: Any) -> None:
     """Validate CONFIG, a system or a case: every fault at once, or one line that says what is in it."""
     if _is_case(config):
-        _check_case(config, as_json, [name for name, value in options.items() if _is_given(value)])
+        _check_case(config, plot, as_json, [name for name, value in options.items() if _is_given(value)])
         return
+    if plot is not None:
+        raise ConfigError(
+            [f"--plot: {config} is a system, expected a case; a run draws a system: dockloop run {config}"]
+        )
     experiment = prepare(config, Request(**options), show_building)
     require_runnable(i.description for i in experiment.system.instances.values())
     counts = {
@@ -73,18 +83,24 @@ def _is_given(value: object) -> bool:
     return value not in (None, (), "native")
 
 
-def _check_case(path: Path, as_json: bool, given: list[str]) -> None:
+def _check_case(path: Path, plot: Path | None, as_json: bool, given: list[str]) -> None:
     from master.diagnosis.judge.checked import check_case
 
     if given:
         raise ConfigError(
             [f"{path}: a case, got --{given[0].replace('_', '-')}, expected no option of a system"]
         )
+    if plot is not None and plot.suffix.lower() != ".png":
+        raise ConfigError([f"--plot: {plot}, got {plot.suffix!r}, expected a file that ends in .png"])
     found = check_case(path, show_building)
+    if plot is not None:
+        _draw(path, plot)
     if as_json:
         parts = [{"fmus": p.name, "compared": p.compared, "effects": p.n_effects} for p in found.parts]
         counts = {"rows": found.rows, "period": found.period, "fit": found.n_fit, "select": found.n_select}
-        cost = {"rows_of_one_pass": found.rows_of_one_pass}
+        cost: dict[str, Any] = {"rows_of_one_pass": found.rows_of_one_pass}
+        if plot is not None:
+            cost["plot"] = str(plot)
         print_json({"name": found.name, "status": "valid", **counts, "parts": parts, **cost})
         return
     rows = ", ".join(f"{name} {n} rows" for name, n in found.rows.items())
@@ -93,3 +109,15 @@ def _check_case(path: Path, as_json: bool, given: list[str]) -> None:
     for part in found.parts:
         say(f"{part.name}: compared in {', '.join(part.compared)}, {part.n_effects} effects to consider")
     say(f"each effect once on the rows to fit: {found.rows_of_one_pass} rows to step")
+    if plot is not None:
+        say(f"{plot}: the models as they are, over what was measured")
+
+
+def _draw(case: Path, plot: Path) -> None:
+    """Draw in a child process, so that an FMU that ends its process is named."""
+    from master.diagnosis.answer.nominal_picture import draw_nominal
+    from master.installation import require_native
+    from master.process.child import done_apart
+
+    require_native("check --plot")
+    done_apart(lambda: draw_nominal(case, plot))

@@ -8,10 +8,10 @@ from .common import answers_errors, print_json
 
 
 @click.command()
-@click.argument("kind", type=click.Choice(["system", "case", "campaign"]), default="system")
+@click.argument("kind", type=click.Choice(["system", "case", "campaign", "report"]), default="system")
 @answers_errors
 def schema(kind: str) -> None:
-    """Print the JSON Schema of a system, a case or a campaign."""
+    """Print the JSON Schema of a system, a case, a campaign, or the report of a diagnosis (report.json)."""
     from master.campaign.campaign import Campaign
     from master.diagnosis.case.case import Case
     from master.system.config import Config
@@ -21,5 +21,9 @@ def schema(kind: str) -> None:
         print_json(json_schema(Config, "A system for dockloop"))
     elif kind == "campaign":
         print_json(json_schema(Campaign, "A campaign for dockloop sweep"))
+    elif kind == "report":
+        from master.diagnosis.answer.report.schema import report_schema
+
+        print_json(report_schema())
     else:
         print_json(json_schema(Case, "A case for dockloop diagnose"))

@@ -1,5 +1,5 @@
 """
-The numbers that a run is judged by, as `reference/physics.md` of the project defines them.
+The numbers that a run is judged by.
 
     zeta, frequency, growth_per_cycle   dominant mode of the compared signal
     rms_s_des, rms_s_act                RMS(signal - reference)/offset of signal and reproduced motion

@@ -24,6 +24,7 @@ FLAGS = (
 )
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 DRIVER = shutil.which("chromedriver")
+_PATIENCE = 300  # s: a busy machine is slow, and only a hang is to end a test
 
 
 class Browser:
@@ -34,12 +35,13 @@ class Browser:
         options = {"binary": CHROMIUM, "args": [*FLAGS.split(), f"--user-data-dir={profile}"]}
         wanted = {"goog:chromeOptions": options, "goog:loggingPrefs": {"browser": "ALL"}}
         self.session = self("/session", {"capabilities": {"alwaysMatch": wanted}})["sessionId"]
+        self(f"/session/{self.session}/timeouts", {"script": 1000 * _PATIENCE, "pageLoad": 1000 * _PATIENCE})
 
     def __call__(self, path: str, data: dict[str, Any] | None = None) -> Any:
         body = None if data is None else json.dumps(data).encode()
         request = urllib.request.Request(self.base + path, body, {"Content-Type": "application/json"})
         opener = urllib.request.build_opener(urllib.request.ProxyHandler({}))
-        with opener.open(request, timeout=60) as answer:
+        with opener.open(request, timeout=_PATIENCE) as answer:
             return json.load(answer)["value"]
 
     def run(self, script: str) -> Any:

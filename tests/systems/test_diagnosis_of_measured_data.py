@@ -5,11 +5,13 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import jsonschema
 import pytest
 import yaml
 from click.testing import CliRunner
 
 from master.cli.diagnose import diagnose
+from master.diagnosis.answer.report.schema import report_schema
 from tests.systems.browser import opened
 from tests.systems.page_checks import faults
 
@@ -65,6 +67,7 @@ def test_report_has_the_keys_that_are_promised(emps):
     assert report["ceiling"]["share"] > 0.9
     assert all(set(r) == {"round", "effect", "gain", "why", "sealed_rmse"} for r in report["runners_up"])
     assert json.loads((folder / "report.json").read_text()) == report
+    jsonschema.Draft202012Validator(report_schema()).validate(report)
     assert all((folder / name).is_file() for name in report["files"])
 
 
@@ -90,7 +93,10 @@ def test_page_shows_the_verdict_first_and_all_panels_without_an_error(emps, brow
         ".map(e => parseFloat(getComputedStyle(e).fontSize))"
     )
 
-    assert browser.run("return document.querySelector('p').textContent") == report["sentence"]
+    texts = browser.run("return [...document.querySelectorAll('p')].slice(0, 2).map(p => p.textContent)")
+    assert texts[0].startswith(("The model lacks ", "No law is sure; "))
+    assert "times the noise floor" in texts[0]
+    assert texts[1] == report["sentence"]
     assert all(images)
     assert len(images) >= sum(f.endswith(".png") for f in report["files"])
     assert set(fetched) <= {"data:"}

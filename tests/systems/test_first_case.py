@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import jsonschema
 import pytest
 
 from master.diagnosis.answer.answer import answer
+from master.diagnosis.answer.report.schema import report_schema
 from tests.rig.first_case import DAMPING, FRICTION, MASS, NOISE
 
 CASE = Path(__file__).parents[2] / "configs" / "measured" / "first_case.yaml"
@@ -16,6 +18,7 @@ def test_sharp_friction_is_traced_to_the_noise(tmp_path):
     """The sign changes within a row; a search that kept it rounded would leave twice the noise."""
     report = answer(CASE, tmp_path / "out", lambda _: None)
 
+    jsonschema.Draft202012Validator(report_schema()).validate(report)
     assert (report["verdict"], report["subsystem"]) == ("traced", "axis")
     assert [(e["slot"], e["effect"]) for e in report["effects"]] == [("friction", "coulomb")]
     found = {k.removeprefix("axis."): p for k, p in report["parameters"].items()}

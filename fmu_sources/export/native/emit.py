@@ -7,6 +7,8 @@ from typing import Any
 
 import casadi as ca
 
+from .errors import NativeBuildError
+
 _FUNCTIONS = ("sqrt", "exp", "log", "sin", "cos", "tan", "tanh", "floor", "fabs", "cosh", "sinh")
 _CHOOSE = -1
 _FORMATS: dict[int, str] = {
@@ -43,6 +45,12 @@ class _Value:
 
     @property
     def right_side(self) -> str:
+        if self.operation not in _FORMATS:
+            names = {getattr(ca, n): n.removeprefix("OP_").lower() for n in dir(ca) if n.startswith("OP_")}
+            raise NativeBuildError(
+                f"the equations use {names.get(self.operation, self.operation)}, expected + - * / and the "
+                "functions of m; a power is written as a product, a * a"
+            )
         return _FORMATS[self.operation].format(*(v.text for v in self.operands))
 
 

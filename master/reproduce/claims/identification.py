@@ -63,7 +63,7 @@ def _kalman() -> Iterable[Check]:
             below(KNOWN["S2"].gain_error(plant, KNOWN["S2"].zeta0)),
             expected=FAILS if plant == LINEAR else None,
             why=_WORST_INSTANT if plant == LINEAR else "",
-            bound_from="gain error that takes all damping, 2 zeta0/Im(1 - M): physics.md, 7, O5",
+            bound_from="gain error that takes all damping, 2 zeta0/Im(1 - M): docs/bounds.md, gain error",
         )
 
 
@@ -103,7 +103,7 @@ def _rls() -> Iterable[Check]:
         "rms_s_des",
         (fixed, *rls_runs()),
         above(1.0),
-        bound_from="worse than no identification: physics.md, 5, time-varying stiffness",
+        bound_from="worse than no identification: docs/bounds.md, time-varying stiffness",
         combine=lambda f, *r: min(r) / f,
         name="ratio of rms(s_des - ideal)",
     )
@@ -117,7 +117,7 @@ def _identified() -> Iterable[Check]:
             "response_error",
             (run_of(case, CASES[case].stops),),
             below(KNOWN[case].gain_error(HEXAPOD, ZETA_TOLERANCE)),
-            bound_from="gain error that changes zeta by 5e-4, 1e-3/Im(1 - M): physics.md, 7, O5, and 8",
+            bound_from="gain error that changes zeta by 5e-4, 1e-3/Im(1 - M): docs/bounds.md, gain error",
         )
     for case in CASES:
         yield Check(

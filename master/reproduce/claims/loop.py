@@ -23,7 +23,7 @@ GROWTH = {"S1": 1.7, "S2": 3.0, "E1": 1.3, "E2": 1.8}
 T_F_LIMITS = {"S1": 1.61e-3, "S2": 1.23e-3, "E1": 2.24e-3, "E2": 2.27e-3}
 T_F_TOLERANCE = 0.05e-3
 
-CRITERIA = "criteria of physics.md, 8"
+CRITERIA = "criteria of docs/bounds.md"
 SIGN = "the claim itself"
 
 _WITH_PLANTS = [
@@ -222,7 +222,7 @@ CLAIMS = (
         "With CFDC the reproduced motion keeps the phase lag of the motion simulator",
         "CFDC corrects the force, not the motion: s_act = M s_des",
         tuple(_leaves_phase()),
-        bound_from=f"arg M of physics.md, 3 and 6, and its tolerance: {CRITERIA}",
+        bound_from=f"arg M of docs/bounds.md, phase, and its tolerance: {CRITERIA}",
     ),
     Claim(
         "all_coincides",
@@ -256,7 +256,7 @@ CLAIMS = (
         "CFDC alone is stable below a time constant of the sensor, and unstable above",
         "the damping of the contact pays for a latency of c_m/k_m + c_p/k_p - C/K",
         tuple(_lag_limits()),
-        bound_from="T_f limits of physics.md, 8, with their 0.05 ms",
+        bound_from="T_f limits of docs/bounds.md, sensor lag, with their 0.05 ms",
     ),
     Claim(
         "dpdc_alone_diverges",

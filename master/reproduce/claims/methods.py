@@ -24,7 +24,7 @@ from .loop import ATTENUATED, CRITERIA
 METHODS = ("backward", "bilinear", "forward")
 LONG = 60.0
 PHASE_TOLERANCE = 1.5
-LEAD_OF_A_RAMP = 0.01 * (1.546 - 1.0) * 0.1313  # v (alpha - 1) T_lead of S1 [m], physics.md, 3
+LEAD_OF_A_RAMP = 0.01 * (1.546 - 1.0) * 0.1313  # v (alpha - 1) T_lead of S1 [m], docs/bounds.md
 
 
 def method_run(case: str, method: str, stop_time: float | None = None) -> Run:
@@ -38,7 +38,7 @@ def drag_run(variant: str, plant: str = HEXAPOD) -> Run:
     return Run(config_of("drag", plant), variant)
 
 
-_LAG = f"arg M - atan(w T_f), physics.md, 3 and 6; tolerance of a phase: {CRITERIA}"
+_LAG = f"arg M - atan(w T_f), docs/bounds.md, phase; tolerance of a phase: {CRITERIA}"
 
 
 def _forces() -> Iterable[Check]:
@@ -111,7 +111,7 @@ def _second_mode() -> Iterable[Check]:
             (method_run("S2", method, LONG),),
             below(0.9),
             "N",
-            bound_from="0.9 N of physics.md, 4, discretisation",
+            bound_from="0.9 N of docs/bounds.md, discretisation",
             expected=FAILS if fails else None,
             why=bad if fails else "",
         )
@@ -200,6 +200,6 @@ CLAIMS = (
         "the lead with gain 1 at rest follows a ramp with its lag only",
         tuple(_drag()),
         if_met=CONDITION,
-        bound_from="v (alpha - 1) T_lead, by which the lead runs ahead of a ramp: Eq. 22, physics.md, 3",
+        bound_from="v (alpha - 1) T_lead, which a ramp is ahead by: Eq. 22, docs/bounds.md, drag",
     ),
 )

@@ -36,7 +36,7 @@ class Case:
 @dataclass(frozen=True)
 class Known:
     """
-    What is known of a case without a run (physics.md, 3 and 6), for the bounds.
+    What is known of a case without a run (docs/bounds.md, phase), for the bounds.
 
     `frequency` [Hz] and `zeta0` of the real docking, `T_f` [s] of the sensor; `phase` [deg] and `magnitude`
     of each plant with 2 ms of dead time at that frequency.

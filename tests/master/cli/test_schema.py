@@ -57,3 +57,14 @@ def test_a_wrong_system_breaks_the_schema(change):
     assert validator.is_valid(good)
     assert validator.is_valid(good | {"events": None})
     assert not validator.is_valid(good | change)
+
+
+def test_the_schema_of_a_report_is_one_and_sees_a_wrong_verdict_and_a_missing_key():
+    schema = json.loads(CliRunner().invoke(main, ["schema", "report"]).stdout)
+    validator = jsonschema.Draft202012Validator(schema)
+    validator.check_schema(schema)
+    said = [e.message for e in validator.iter_errors({"verdict": "fine", "sentence": 3})]
+
+    assert any("'fine' is not one of" in text for text in said)
+    assert any("3 is not of type 'string'" in text for text in said)
+    assert any("'effects' is a required property" in text for text in said)

@@ -12,6 +12,7 @@ from master.pages.render import render
 
 from . import tables
 from .panels import Panel
+from .spoken import first_sentence, laws
 
 Units = Mapping[str, str]
 
@@ -43,6 +44,8 @@ def page(report: Mapping[str, Any], panels: Sequence[Panel], units: Units) -> st
         __package__ or "",
         "diagnosis.html.j2",
         report=report,
+        spoken=first_sentence(report, units),
+        laws=laws(report, units),
         gains=list(_gains(report, units)),
         errors=tables.errors(report, units),
         parameters=tables.parameters(report["parameters"], units),

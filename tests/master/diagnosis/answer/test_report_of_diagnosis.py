@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from fmu_sources.effects.catalogue import effect
+from fmu_sources.effects.catalogue import effect, listed
 from master.diagnosis.answer.report.charts import curve, residual_charts
 from master.diagnosis.answer.report.compared import worst_stretch
 from master.diagnosis.answer.report.drawing import broken, thinned
@@ -14,6 +14,7 @@ from master.diagnosis.answer.report.learned_law import at_once, replayed
 from master.diagnosis.answer.report.page import page
 from master.diagnosis.answer.report.panels import Panel
 from master.diagnosis.answer.report.residual import residual, where
+from master.diagnosis.answer.report.spoken import equation_of, first_sentence, laws
 from master.pages.chart import REFERENCE, Chart, Curve
 from tests.master.diagnosis.answer.made_up_report import CHANNEL, UNITS, made_up_report
 
@@ -80,7 +81,9 @@ def test_the_page_gives_verdict_errors_and_parameters_with_units(tmp_path):
     text = page(made_up_report(), [Panel("axis", tmp_path / "axis_sealed.png", "Below it.")], UNITS)
 
     assert "a &lt;case&gt;" in text
+    assert text.index("The model lacks Coulomb friction") < text.index("Traced: axis.friction: coulomb.")
     assert text.index("Traced: axis.friction: coulomb.") < text.index("<table>")
+    assert "F = value + F_c tanh(v / v_0)</pre>" in text
     assert "RMSE 2 \u2192 <b>1 N</b> (20 \u2192 10 %)" in text
     assert "<td>N</td>" in text
     assert "20.5 ± 0.12" in text
@@ -89,6 +92,47 @@ def test_the_page_gives_verdict_errors_and_parameters_with_units(tmp_path):
     assert "70 (60 to 80)" in text
     assert "coulomb or dahl. <b>Record slowly.</b>" in text
     assert 'src="data:image/png;base64,cGljdHVyZQ=="' in text
+
+
+def test_the_first_sentence_has_law_values_errors_and_noise_floors():
+    """By hand: errors of 1 and 2 N over a floor of 0.9 N are 1.11 and 2.22 of it."""
+    assert first_sentence(made_up_report(), UNITS) == (
+        "The model lacks Coulomb friction (level 20.5 ± 0.12 N) in axis.friction. On rows that nothing was "
+        "fitted to, axis.force is off by 1 N rms with it, and by 2 N without: 1.11 and 2.22 times the noise "
+        "floor of 0.9 N."
+    )
+
+
+def test_without_an_effect_the_first_sentence_says_what_is_left():
+    report = made_up_report() | {"effects": []}
+
+    assert first_sentence(report, UNITS).startswith("No law was added to the model. On rows that nothing was")
+    assert "axis.force is off by 1 N rms: 1.11 times the noise floor of 0.9 N." in first_sentence(
+        report, UNITS
+    )
+
+
+def test_a_law_that_is_only_the_nearest_is_not_said_to_be_missing():
+    report = made_up_report()
+    report["effects"][0]["status"] = "nearest name"
+
+    assert first_sentence(report, UNITS).startswith(
+        "No law is sure; the nearest is Coulomb friction (level 20.5"
+    )
+    assert "in axis.friction (nearest name). On rows" in first_sentence(report, UNITS)
+
+
+def test_a_law_is_an_equation_with_its_values():
+    [law] = laws(made_up_report(), UNITS)
+
+    assert law.equation == "F = value + F_c tanh(v / v_0)"
+    assert law.values[0] == ["level", "Friction force F_c", "20.5 ± 0.12 N", "fitted"]
+    assert law.values[1][3] == "held"
+
+
+@pytest.mark.parametrize("name", sorted(listed()))
+def test_every_effect_has_an_equation_for_the_report(name):
+    assert "=" in equation_of(name)
 
 
 def test_charts_take_the_place_of_a_picture_and_names_stay_text(tmp_path):

@@ -8,6 +8,7 @@ from click.testing import CliRunner
 
 from master.cli import main
 from master.diagnosis.case.case import read_case
+from master.diagnosis.data.columns_picture import _chart
 from master.diagnosis.data.draft import facts_of
 from master.diagnosis.data.measured_signals import measured
 
@@ -79,3 +80,28 @@ def test_recordings_with_other_columns_are_refused_together_and_no_file_is_repla
     output.write_text("mine")
     assert draft(recording(tmp_path), "--output", output).exit_code == 2
     assert output.read_text() == "mine"
+
+
+def test_all_columns_are_drawn_with_their_units_and_gaps(tmp_path):
+    path = recording(tmp_path)
+    lines = path.read_text(encoding="latin-1").splitlines(keepends=True)
+    path.write_text("".join(lines[:1000] + lines[1100:]), encoding="latin-1")
+    facts = facts_of(path)
+    chart = _chart([facts], 0)
+
+    assert [c.label for c in chart.curves] == ["Weg [mm]", "gaps of the clock: 1"]
+    assert (chart.x_label, chart.y_label) == ("time since the first row [s]", "[mm]")
+    assert chart.curves[1].x[0] == pytest.approx(
+        997 * 0.002
+    )  # 998 rows before it: two lines of 1000 are heads
+    done = draft(path, "--output", tmp_path / "drawn.yaml")
+    assert (tmp_path / "drawn.png").read_bytes().startswith(b"\x89PNG")
+    assert f"{tmp_path / 'drawn.png'}: all columns" in done.stdout
+
+
+def test_a_picture_that_is_there_is_not_replaced(tmp_path):
+    (tmp_path / "case.png").write_text("mine")
+    done = draft(recording(tmp_path), "--output", tmp_path / "case.yaml")
+
+    assert (done.exit_code, (tmp_path / "case.png").read_text()) == (2, "mine")
+    assert not (tmp_path / "case.yaml").exists()
