@@ -95,6 +95,7 @@ def test_runs_that_crash_hang_or_fail_have_their_status_and_the_others_go_on(wri
     assert found.statuses == {"completed": 4, "crashed": 2, "failed": 1, "timed_out": 1}
 
 
+@pytest.mark.long
 def test_a_worker_that_is_killed_costs_no_run_and_doubles_none(write, tmp_path):
     plan = make_plan(write("{linspace: [0.0, 1.9, 400]}", stop=2000.0))
     killed = []
@@ -185,6 +186,7 @@ def test_the_command_prints_what_it_did_and_writes_a_page_with_commands_that_rep
     assert np.isclose(max(y for y in rows(out)["y"] if y is not None), 1.5)
 
 
+@pytest.mark.long
 def test_a_tuned_campaign_ends_at_the_bound_that_a_constraint_sets(write, tmp_path):
     (tmp_path / "own.py").write_text(
         "def miss(time, signals):\n    return (signals['rude.y'][-1] - 1.2) ** 2\n"
