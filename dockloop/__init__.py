@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from master.errors import ConfigError, DataError, FmuError, MasterError, Problem
     from master.runs.differences import Comparison
 
+    from .campaign import Campaign, sweep
     from .compared import compare
     from .fmu import Fmu, open_fmu, to_fmu
     from .measured import Diagnosis, diagnose
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "Block": ".python_block",
+    "Campaign": ".campaign",
     "Comparison": "master.runs.differences",
     "ConfigError": "master.errors",
     "DataError": "master.errors",
@@ -52,6 +54,7 @@ _HOMES = {
     "diagnose": ".measured",
     "load": ".system",
     "open_fmu": ".fmu",
+    "sweep": ".campaign",
     "to_fmu": ".fmu",
     "write_ssp": ".system",
 }
@@ -70,6 +73,8 @@ __all__ = [  # noqa: RUF022  # in the order in which they are used
     "analyse",
     "compare",
     "Comparison",
+    "sweep",
+    "Campaign",
     "diagnose",
     "Diagnosis",
     "write_ssp",

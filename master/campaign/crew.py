@@ -70,13 +70,16 @@ class Crew:
         self._again: deque[Order] = deque()
         load_plain()  # once, for all processes
 
-    def rows(self, orders: Iterator[Order], is_over: Callable[[], bool]) -> Iterator[Row | None]:
+    def rows(
+        self, orders: Iterator[Order], is_over: Callable[[], bool], *, keep: bool = False
+    ) -> Iterator[Row | None]:
         """
         Make runs; rows come as they are done, in any order.
 
         Args:
             orders: What is to be made; taken from as processes have room.
             is_over: Asked now and then; True ends all at once, runs that are going on have no rows then.
+            keep: Whether the processes stay for more runs.
 
         Yields:
             Rows, and None now and then while there is none.
@@ -91,7 +94,8 @@ class Crew:
                 if is_over():
                     return
         finally:
-            self.close()
+            if not keep:
+                self.close()
 
     def close(self) -> None:
         """End all processes at once."""

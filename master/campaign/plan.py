@@ -46,11 +46,12 @@ class Plan:
     """
     What is run, and what is kept of it.
 
-    `source` is the system as the campaign names it, for commands that repeat runs; `folder` that of the
-    campaign's file; `signals` maps signals to n, each n-th row is kept.
+    `document` is the campaign's file and `folder` its folder; `source` is the system as the campaign names
+    it, for commands that repeat runs; `signals` maps signals to n, each n-th row is kept.
     """
 
     campaign: Campaign
+    document: Document
     source: str
     folder: Path
     varied: Varied
@@ -195,7 +196,7 @@ class _Planner:
         sample = make_sample(self.campaign, varied.targets, self._where, _Base(base))
         metrics = () if base.compare is None else tuple(self.campaign.keep.metrics)
         shown = str(own) if own.is_file() else self.campaign.system
-        plan = Plan(self.campaign, shown, self.folder, varied, sample, metrics, signals)
+        plan = Plan(self.campaign, self.document, shown, self.folder, varied, sample, metrics, signals)
         self._check_names(plan)
         for column in sample.columns:
             self._check_values(varied, column)

@@ -19,13 +19,15 @@ from master.recording.folder import reason
 from master.recording.lock import FileLock, Held
 from master.recording.whole_file import write_whole
 
+from .cluster import Cluster
 from .crew import Crew, Order
-from .dataset import Dataset, read_columns
+from .dataset import RUNS, Dataset, read_columns
 from .interval import Interval, Running
 from .page import write_page
 from .plan import DIVERGED_SHARE, Plan
 from .stepper import FAILURES, Row
 from .swept import Swept
+from .tune import at_optimum, tune
 
 MANIFEST, SUMMARY, PAGE = "campaign.json", "summary.json", "campaign.html"
 
@@ -39,6 +41,10 @@ class Engine(Protocol):
 
     def rows(self, orders: Iterator[Order], is_over: Callable[[], bool]) -> Iterator[Row | None]:
         """Make runs; see `Crew.rows`."""
+        ...
+
+    def close(self) -> None:
+        """End what makes runs."""
         ...
 
 
@@ -61,8 +67,8 @@ def sweep(
     folder: Path,
     workers: int,
     *,
+    scheduler: str | None = None,
     resume: bool = False,
-    engine: Engine | None = None,
     shown: Shown | None = None,
     page: bool = True,
 ) -> Swept:
@@ -74,25 +80,58 @@ def sweep(
         folder: For dataset, page and summary.
         workers: Number of processes here.
         resume: Go on with a campaign that is in the folder.
-        engine: What makes the runs instead of processes here.
+        scheduler: Address of a Dask cluster that makes the runs instead.
         shown: Told how far it is.
         page: Whether a page is written.
 
     Raises:
         DataError: If the folder cannot be written, or holds a campaign and is not to be resumed.
-        ConfigError: If it holds another campaign.
+        ConfigError: If it holds another campaign, or the cluster cannot make the runs.
     """
     with _held(folder), signals.noted() as interruption:
+        tuned = None
+        if plan.campaign.tune is not None:
+            tuned = tune(plan, folder, workers, lambda: bool(interruption))
+            if tuned is None:
+                return _interrupted(plan, folder, interruption.number)
+            plan = at_optimum(plan, tuned)
         dataset = _opened(plan, folder, resume=resume)
-        crew = engine or Crew(plan, workers)
-        course = _Course(plan, dataset, crew, workers, shown, lambda: bool(interruption))
-        course.run()
+        engine, n = _engine(plan, workers, scheduler)
+        course = _Course(plan, dataset, engine, n, shown, lambda: bool(interruption))
+        try:
+            course.run()
+        finally:
+            engine.close()
         found = course.result(folder)
         found.interruption = interruption.number
+        found.tuned = None if tuned is None else asdict(tuned)
         if found.runs and page:
             found.page = str(write_page(plan, found, folder, folder / PAGE))
         write_whole(folder / SUMMARY, json.dumps(found.as_dict(), indent=2))
     return found
+
+
+def _interrupted(plan: Plan, folder: Path, number: int | None) -> Swept:
+    """Return what a search that was asked to end has come to: no runs."""
+    return Swept(
+        runs=0,
+        statuses={},
+        wall_s=0.0,
+        stepping_share=0.0,
+        dataset=str(folder / RUNS),
+        page=None,
+        planned=plan.sample.n_runs,
+        ended="interrupted",
+        interruption=number,
+    )
+
+
+def _engine(plan: Plan, workers: int, scheduler: str | None) -> tuple[Engine, int]:
+    """Return what makes the runs, and how many it makes at a time."""
+    if scheduler is None:
+        return Crew(plan, workers), workers
+    cluster = Cluster(plan, scheduler)
+    return cluster, cluster.cores
 
 
 class _Course:

@@ -12,7 +12,8 @@ class Swept:
     What a campaign has come to; the fields are the keys of `--json`.
 
     `statuses` counts the runs of the dataset by status; `wall_s` is the time of this command's runs [s],
-    `stepping_share` that of it in which the processes stepped, mean of all; `ended` says why it ended early.
+    `stepping_share` that of it in which the processes stepped, mean of all; `ended` says why it ended early;
+    `tuned` is what a search found, at which the runs were made then.
     """
 
     runs: int
@@ -25,6 +26,7 @@ class Swept:
     ended: str = ""
     interval: dict[str, Any] | None = None
     restarts: int = 0
+    tuned: dict[str, Any] | None = None
     interruption: int | None = field(default=None, repr=False)
 
     def as_dict(self) -> dict[str, Any]:

@@ -48,7 +48,7 @@ def sweep(
     folder = output or Path("results") / f"sweep-{campaign.stem}"
     n = workers or len(os.sched_getaffinity(0))
     with _shown(plan.name) as shown:
-        found = make_runs(plan, folder, n, resume=resume, shown=shown)
+        found = make_runs(plan, folder, n, scheduler=scheduler, resume=resume, shown=shown)
     if as_json:
         print_json(found.as_dict())
     else:
@@ -66,6 +66,11 @@ def _exit_status(found: Swept) -> int:
 def _say(found: Swept) -> None:
     counts = ", ".join(f"{n} {status}" for status, n in found.statuses.items()) or "none"
     say(f"{found.runs} of {found.planned} runs: {counts}")
+    if found.tuned is not None:
+        known = found.tuned
+        values = ", ".join(f"{name} = {value:.6g}" for name, value in known["values"].items())
+        broken = "" if known["is_feasible"] else ", which breaks a constraint"
+        say(f"tuned by {known['runs']} runs: {values}; objective {known['objective']}{broken}")
     if found.ended:
         say(f"ended early: {found.ended}")
     if found.interval is not None:

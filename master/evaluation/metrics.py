@@ -11,17 +11,20 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
+from threadpoolctl import ThreadpoolController
 
 from master.recording.recorder import Result
 from master.system.config import Compare
 
-from .modes import Mode, dominant_mode, modes, project
+from .modes import Mode, dominant_mode, dominant_of, modes, project
 
 Metrics = dict[str, float | None]
 Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
 
 NAMES = (
     "zeta",
@@ -39,7 +42,21 @@ UNITS = {"frequency": "Hz", "phase_deg": "deg", "frequency_reference": "Hz"}
 
 @np.errstate(over="ignore")
 def compute_metrics(result: Result, compare: Compare) -> Metrics:
-    """Compute all metrics; None where a signal is not given or nothing oscillates."""
+    """
+    Compute all metrics; None where a signal is not given or nothing oscillates.
+
+    On one thread: more would only wait for each other, and might round otherwise.
+    """
+    with _blas().limit(limits=1):
+        return _computed(result, compare)
+
+
+@lru_cache(maxsize=1)
+def _blas() -> ThreadpoolController:
+    return ThreadpoolController()
+
+
+def _computed(result: Result, compare: Compare) -> Metrics:
     found: Metrics = dict.fromkeys(NAMES)
     result = _finite_rows(result, compare)
     if len(result.time) < 8:
@@ -69,19 +86,25 @@ def _finite_rows(result: Result, compare: Compare) -> Result:
 
 def _against_reference(result: Result, compare: Compare, reference: Floats, step: float) -> Metrics:
     found: Metrics = {"rms_s_des": _rms(result[compare.signal] - reference) / compare.offset}
-    mode = dominant_mode(reference, step)
+    poles, amplitudes = _modes_of_reference(np.ascontiguousarray(reference).tobytes(), step)
+    mode = dominant_of(poles, amplitudes, len(reference) * step)
     if mode is not None:
         found |= {"zeta_reference": mode.zeta, "frequency_reference": mode.frequency}
     if compare.reproduced is not None:
         reproduced = result[compare.reproduced]
         found["rms_s_act"] = _rms(reproduced - reference) / compare.offset
         if mode is not None:
-            found["phase_deg"] = _phase_deg(reproduced, reference, mode, step)
+            found["phase_deg"] = _phase_deg(reproduced, poles, amplitudes, mode, step)
     return found
 
 
-def _phase_deg(reproduced: Floats, reference: Floats, mode: Mode, step: float) -> float:
-    poles, amplitudes = modes(reference, step)
+@lru_cache(maxsize=4)
+def _modes_of_reference(values: bytes, step: float) -> tuple[Complexes, Complexes]:
+    """Poles and amplitudes of a signal; that of many runs of a campaign is the same."""
+    return modes(np.frombuffer(values), step)
+
+
+def _phase_deg(reproduced: Floats, poles: Complexes, amplitudes: Complexes, mode: Mode, step: float) -> float:
     place = int(np.argmin(np.abs(poles - mode.pole)))
     ratio = project(reproduced, step, poles)[place] / amplitudes[place]
     return math.degrees(math.atan2(ratio.imag, ratio.real))

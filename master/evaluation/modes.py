@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +22,7 @@ _MOST_COLUMNS = 120
 _LARGEST_ORDER = 8
 _SMALLEST_SINGULAR_VALUE = 1e-10
 _SMALLEST_SHARE = 1e-6
+_LARGEST_CONDITION = 1e8
 
 
 @dataclass(frozen=True)
@@ -52,9 +54,15 @@ def dominant_mode(y: Floats, step: float) -> Mode | None:
 
     None if nothing in the signal oscillates.
     """
-    poles, amplitudes = modes(y, step)
-    powers = [_energy(s, a, len(y) * step) for s, a in zip(poles, amplitudes, strict=True)]
-    oscillating = [i for i, s in enumerate(poles) if s.imag * len(y) * step > math.pi]
+    return dominant_of(*modes(y, step), len(y) * step)
+
+
+def dominant_of(
+    poles: NDArray[np.complex128], amplitudes: NDArray[np.complex128], duration: float
+) -> Mode | None:
+    """Find the oscillating mode with the most energy over a duration [s] among those of a signal."""
+    powers = [_energy(s, a, duration) for s, a in zip(poles, amplitudes, strict=True)]
+    oscillating = [i for i, s in enumerate(poles) if s.imag * duration > math.pi]
     if not oscillating:
         return None
     best = max(oscillating, key=lambda i: powers[i])
@@ -66,7 +74,7 @@ def dominant_mode(y: Floats, step: float) -> Mode | None:
 def modes(y: Floats, step: float) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
     """Poles [1/s] and complex amplitudes at the first sample; a conjugate pair counts as two."""
     stride = _stride(y, step)
-    short = _low_passed(y, stride)[::stride]
+    short = _low_passed(y, stride)
     z = _pencil(short / (np.max(np.abs(short)) or 1.0))
     z = z[np.abs(z) > 0.0]
     poles = np.log(z.astype(complex)) / (stride * step)
@@ -75,16 +83,24 @@ def modes(y: Floats, step: float) -> tuple[NDArray[np.complex128], NDArray[np.co
 
 def _stride(y: Floats, step: float) -> int:
     """Return the largest stride at which the samples still show the strongest oscillation well."""
-    n = np.arange(len(y))
-    straight = np.polyval(np.polyfit(n, y, 1), n)
-    spectrum = np.abs(np.fft.rfft((y - straight) * np.hanning(len(y))))
+    n = np.arange(len(y)) - 0.5 * (len(y) - 1)
+    centred = y - np.mean(y)
+    straight = n * (np.dot(n, centred) / np.dot(n, n))
+    spectrum = np.abs(np.fft.rfft((centred - straight) * _hanning(len(y))))
     cycles = max(1, int(np.argmax(spectrum)))
     return max(1, min(len(y) // (_SAMPLES_PER_CYCLE * cycles), len(y) // _FEWEST_SAMPLES))
 
 
+@lru_cache(maxsize=4)
+def _hanning(n: int) -> Floats:
+    return np.hanning(n)
+
+
 def _low_passed(y: Floats, stride: int) -> Floats:
     """
-    Take out what `stride` would alias, by a windowed sinc without the ends where it fills.
+    Return every `stride`-th sample of what has nothing left that this would alias.
+
+    That is taken out by a windowed sinc, without the ends where it fills.
 
     Such a filter changes the amplitude of each exponential and leaves its pole exactly as it is.
     """
@@ -92,17 +108,43 @@ def _low_passed(y: Floats, stride: int) -> Floats:
         return y
     n = np.arange(-4 * stride, 4 * stride + 1)
     kernel = np.sinc(0.8 * n / stride) * np.hanning(len(n) + 2)[1:-1]
-    return np.convolve(y, kernel / kernel.sum(), mode="valid")
+    windows = np.lib.stride_tricks.sliding_window_view(y, len(kernel))[::stride]
+    found: Floats = windows @ (kernel / kernel.sum())[::-1]
+    return found
 
 
 def project(y: Floats, step: float, poles: NDArray[np.complex128]) -> NDArray[np.complex128]:
     """Complex amplitudes at the first sample of given poles, least squares."""
-    t = step * np.arange(len(y))
-    scale = np.exp(-np.maximum(poles.real, 0.0) * t[-1])
-    basis = np.exp(poles * t[:, None] + np.log(scale))
-    amplitudes: NDArray[np.complex128] = np.linalg.lstsq(basis, y.astype(complex), rcond=None)[0]
+    scale = np.exp(-np.maximum(poles.real, 0.0) * step * (len(y) - 1))
+    basis = _exponentials(poles * step, len(y)) * scale
+    amplitudes = _least_squares(basis, y)
     amplitudes *= scale
     return amplitudes
+
+
+def _exponentials(exponents: NDArray[np.complex128], n: int) -> NDArray[np.complex128]:
+    """Return exp(k s) for k below n and each s, shape (n, len(s)), by few exponentials and a product each."""
+    width = math.isqrt(n) + 1
+    coarse = np.exp(width * np.arange(-(-n // width))[:, None] * exponents)
+    fine = np.exp(np.arange(width)[:, None] * exponents)
+    return (coarse[:, None, :] * fine).reshape(len(coarse) * width, len(exponents))[:n]
+
+
+def _least_squares(basis: NDArray[np.complex128], y: Floats) -> NDArray[np.complex128]:
+    """
+    Solve a tall system; by normal equations with a step of refinement where they are good enough for that.
+
+    Their condition is the square of the basis's: refinement makes up for that below the bound here.
+    """
+    norms = np.sqrt(np.sum(basis.real**2 + basis.imag**2, axis=0))
+    if len(norms) > 0 and np.all(norms > 0.0) and np.all(np.isfinite(norms)):
+        adjoint = basis.conj().T
+        normal = (adjoint @ basis) / np.outer(norms, norms)
+        if np.linalg.cond(normal) < _LARGEST_CONDITION:
+            found = np.linalg.solve(normal, (adjoint @ y) / norms) / norms
+            rest = y - basis @ found
+            return np.asarray(found + np.linalg.solve(normal, (adjoint @ rest) / norms) / norms)
+    return np.asarray(np.linalg.lstsq(basis, y.astype(complex), rcond=None)[0])
 
 
 def _pencil(y: Floats) -> NDArray[np.complex128]:

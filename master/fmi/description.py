@@ -137,7 +137,7 @@ class Description:
         """Whether its code is of this project, which never changes the processor's floating-point mode."""
         return self.tool == _OWN_TOOL
 
-    @property
+    @cached_property
     def version(self) -> int:
         """Major version of FMI."""
         return int(self.fmi_version.partition(".")[0])

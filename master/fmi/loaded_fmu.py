@@ -32,6 +32,7 @@ class FmuSlave:
         self._ends_with_error = False
         self._is_initialised = False
         self._working_folder: str | None = None
+        self._is_harmless = description.keeps_float_mode  # our code changes no folder either
         self._folder = unpacked.acquire(description, unpacked.unpack)
         instantiate = "instantiate" if description.version == 2 else "instantiateCoSimulation"
         self._enter(instantiate)
@@ -213,7 +214,8 @@ class FmuSlave:
     def _enter(self, function: str) -> None:
         """Note a call, by the name that FMPy's method has."""
         position.current().enter(self.name, self._full_name(function))
-        self._working_folder = working_folder()
+        if not self._is_harmless:
+            self._working_folder = working_folder()
 
     def _full_name(self, function: str) -> str:
         return f"fmi{self.description.version}{function[0].upper()}{function[1:]}"
@@ -221,6 +223,8 @@ class FmuSlave:
     def _leave(self) -> None:
         """Note the end of a call, and undo what it changed for the next one."""
         position.current().leave()
+        if self._is_harmless:
+            return
         restore_working_folder(self._working_folder)
         if restore_float_mode():
             self._note(Status.WARNING, "floating point", CHANGES_FLOAT_MODE)

@@ -17,7 +17,7 @@ PROGRAMS = {
     section.partition("\n")[0]: re.findall(r"```python\n(.*?)```", section, re.DOTALL)
     for section in SECTIONS[1:]
 }
-NEEDS = {"Run and plot": ("pandas", "xarray"), "Diagnose": ("casadi",)}
+NEEDS = {"A campaign": ("pandas", "xarray"), "Run and plot": ("pandas", "xarray"), "Diagnose": ("casadi",)}
 
 
 @pytest.mark.slow

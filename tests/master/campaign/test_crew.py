@@ -95,6 +95,7 @@ def test_runs_that_crash_hang_or_fail_have_their_status_and_the_others_go_on(wri
     assert found.statuses == {"completed": 4, "crashed": 2, "failed": 1, "timed_out": 1}
 
 
+@pytest.mark.long
 def test_a_worker_that_is_killed_costs_no_run_and_doubles_none(write, tmp_path):
     plan = make_plan(write("{linspace: [0.0, 1.9, 400]}", stop=2000.0))
     killed = []
@@ -183,3 +184,22 @@ def test_the_command_prints_what_it_did_and_writes_a_page_with_commands_that_rep
     assert told["statuses"] == {"completed": 2, "crashed": 1}
     assert f"dockloop run {tmp_path / 'system.yaml'} --set rude.p=2.5" in page
     assert np.isclose(max(y for y in rows(out)["y"] if y is not None), 1.5)
+
+
+@pytest.mark.long
+def test_a_tuned_campaign_ends_at_the_bound_that_a_constraint_sets(write, tmp_path):
+    (tmp_path / "own.py").write_text(
+        "def miss(time, signals):\n    return (signals['rude.y'][-1] - 1.2) ** 2\n"
+    )
+    path = write("{values: [0.0]}")
+    path.write_text(
+        path.read_text().partition("vary")[0]
+        + "keep: {measures: {y: {final: rude.y}, miss: {function: 'own.py:miss'}}}\n"
+        + "tune:\n  values: {rude.p: [0.0, 1.9]}\n  minimise: miss\n"
+        + "  constraints: [{measure: y, at_most: 1.0}]\n  population: 8\n  generations: 12\n"
+    )
+    found = sweep(make_plan(path), tmp_path / "out", 1)
+
+    assert found.tuned["values"]["rude.p"] == pytest.approx(1.0, abs=0.01)  # y = p after 1 s
+    assert found.tuned["is_feasible"]
+    assert rows(tmp_path / "out")["y"] == [pytest.approx(1.0, abs=0.01)]

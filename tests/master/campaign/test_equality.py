@@ -59,7 +59,16 @@ def same_bits(signals, rows):
     )
 
 
-@pytest.mark.parametrize("vary", [PLAIN, STRUCTURAL, ORDERS, METHODS])
+@pytest.mark.parametrize(
+    "vary",
+    [
+        PLAIN,
+        STRUCTURAL,
+        pytest.param(ORDERS, marks=pytest.mark.long),
+        pytest.param(METHODS, marks=pytest.mark.long),
+    ],
+    ids=["plain", "structural", "orders", "methods"],
+)
 def test_a_run_has_the_bits_of_the_command_that_repeats_it(tmp_path, vary):
     plan = make_plan(written(tmp_path, vary, 4))
     stepper = Stepper(plan)
