@@ -1,7 +1,8 @@
 """
 The same native FMUs under this master, its peers, and a bare C loop over the same kernels.
 
-    python benchmarks/masters.py [--json] [--repetitions 5] [--only SYSTEM ...] [--docs]
+    python benchmarks/masters.py [--json] [--repetitions 5] [--only SYSTEM ...] [--masters MASTER ...]
+                                 [--docs]
 
 `--json` prints rows `{system, master, us_per_step, ratio_to_floor, version}` and the spread.
 `--docs` writes the table and the plot of `docs/performance.md`.
@@ -38,6 +39,7 @@ def main() -> None:
     rows = []
     for name in arguments.only or SYSTEMS:
         masters = [m for m in MASTERS if name not in ALONE or m.name in (FLOOR, OURS)]
+        masters = [m for m in masters if not arguments.masters or m.name in (FLOOR, *arguments.masters)]
         rows += compare(SYSTEMS[name](), masters, arguments.repetitions)
     if arguments.docs:
         table.write(rows, grow(arguments.repetitions))
@@ -49,6 +51,7 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--json", action="store_true")
     parser.add_argument("--repetitions", type=int, default=5)
     parser.add_argument("--only", nargs="*", choices=SYSTEMS)
+    parser.add_argument("--masters", nargs="*", choices=[m.name for m in MASTERS], metavar="MASTER")
     parser.add_argument("--docs", action="store_true")
     return parser.parse_args()
 

@@ -14,12 +14,13 @@ from master.fuse.export import write_fmu
 
 
 def main(spec_path: str, n_steps: str) -> None:
-    """Export a system, step it and answer; the FMU is made once."""
+    """Export a system, step it and answer; the FMU is made once for all repetitions."""
     path = Path(spec_path)
     given = json.loads(path.read_text(encoding="utf-8"))
     fmu = path.parent / "fused.fmu"
-    if not fmu.is_file():
-        write_fmu(prepare_to_run(path.with_name("system.yaml")), fmu)
+    config = path.with_name("system.yaml")
+    if not fmu.is_file() or fmu.stat().st_mtime < config.stat().st_mtime:
+        write_fmu(prepare_to_run(config), fmu)
     about = read_description(fmu)
     spec = {
         "step_size": given["step_size"],

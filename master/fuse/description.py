@@ -152,7 +152,9 @@ def _common(v: FusedVariable, reference: int) -> dict[str, str]:
     attributes = {"name": v.name, "valueReference": str(reference)}
     if said.description:
         attributes["description"] = said.description
-    attributes |= {"causality": v.causality, "variability": said.variability}
+    is_stepwise = v.row.type != "REAL" and said.variability == "continuous"  # FMI allows that of reals alone
+    variability = "discrete" if is_stepwise else said.variability
+    attributes |= {"causality": v.causality, "variability": variability}
     if v.causality != "input":
         attributes["initial"] = "exact" if v.has_start else "calculated"
     return attributes

@@ -135,5 +135,8 @@ def write_fmu(
         content = fused_fmu(fused, fmi_version, all_platforms=all_platforms)
     except native.NativeBuildError as error:
         raise ConfigError([str(error)]) from None
-    write_whole(path, content)
+    try:
+        write_whole(path, content)
+    except OSError as error:
+        raise ConfigError([f"{path}: cannot be written, got {error}"]) from None
     return Written(path, len(fused.inners), sum(v.described is not None for v in fused.variables))
