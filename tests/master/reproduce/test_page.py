@@ -60,9 +60,9 @@ def test_only_the_figures_that_were_drawn_are_on_the_page(tmp_path):
 
 def test_what_is_neither_claim_nor_figure_is_refused_with_what_there_is(tmp_path):
     with pytest.raises(ConfigError) as caught:
-        reproduce(tmp_path, lambda *_: lambda _: None, lambda _: None, ["ideall", "10", "99"])
+        reproduce(tmp_path, lambda *_: lambda _: None, lambda _: None, ["ideaal", "10", "99"])
 
     first, second = caught.value.problems
-    assert (first.got, second.got) == ("ideall", "99")
+    assert (first.got, second.got) == ("ideaal", "99")
     assert str(first.expected).startswith("'ideal'")
     assert list(tmp_path.iterdir()) == []
