@@ -16,7 +16,7 @@ from master.pages.chart import Chart, Curve
 from master.pages.palette import LIGHT
 from master.pages.render import number, render
 from master.recording.whole_file import write_whole
-from master.stepping.outcome import DIVERGED
+from master.stepping.outcome import COMPLETED, DIVERGED
 from master.text.yaml_lines import write_yaml
 
 from .dataset import read_columns
@@ -30,6 +30,7 @@ from .systems import portable
 Floats = NDArray[np.float64]
 Columns = Mapping[str, NDArray[Any]]
 
+GROWTH = "growth_per_cycle"  # a metric of runs that compare motions
 WORST = 10
 MOST_CHARTS = 12
 MOST_POINTS = 1500  # of a scatter plot
@@ -51,9 +52,11 @@ class Worst:
 def answers(plan: Plan, columns: Columns) -> dict[str, Any]:
     """Return the answers of a campaign as numbers, by what they are."""
     diverged = diverged_share(columns)
+    growing = growing_share(columns)
     values = {DIVERGED_SHARE: _diverged(columns), **{name: columns[name] for name in plan.numbers}}
     found: dict[str, Any] = {
         "diverged": None if diverged is None else diverged.__dict__,
+        "growing": None if growing is None else growing.__dict__,
         "numbers": {name: _described(columns[name]) for name in plan.numbers},
     }
     if plan.campaign.design.method == "saltelli" and len(columns["run"]) == plan.sample.n_runs:
@@ -73,6 +76,19 @@ def diverged_share(columns: Columns) -> Interval | None:
     known = _diverged(columns)
     known = known[np.isfinite(known)]
     return probability(int(known.sum()), len(known)) if len(known) else None
+
+
+def growing_share(columns: Columns) -> Interval | None:
+    """
+    Return the share of runs that grew from cycle to cycle, of those to the end whose motion has a growth.
+
+    A run that has not reached a limit when it ends has not diverged, but it may be on its way.
+    """
+    if GROWTH not in columns:
+        return None
+    growth = columns[GROWTH][columns["status"] == COMPLETED].astype(float)
+    growth = growth[np.isfinite(growth)]
+    return probability(int((growth > 1.0).sum()), len(growth)) if len(growth) else None
 
 
 def write_page(plan: Plan, swept: Swept, folder: Path, path: Path) -> Path:
@@ -98,6 +114,7 @@ def write_page(plan: Plan, swept: Swept, folder: Path, path: Path) -> Path:
         plan=plan,
         swept=swept,
         share=diverged_share(columns),
+        growing=growing_share(columns),
         inputs=[[c.key, plan.campaign.vary[c.key].kind, c.unit] for c in plan.sample.columns],
         numbers=_number_rows(plan, known["numbers"]),
         charts={"histograms": [_histogram(plan, name, columns[name]) for name in numbers[:MOST_CHARTS]]},

@@ -9,6 +9,7 @@ from scipy import stats
 from master.campaign.campaign import Design
 from master.campaign.design import unit_points
 from master.campaign.interval import Running, probability
+from master.campaign.page import growing_share
 from master.campaign.sensitivity import sobol_indices, tornado
 
 A, B = 7.0, 0.1
@@ -67,3 +68,13 @@ def test_a_tornado_lists_the_largest_change_first():
 
     assert [bar.key for bar in found] == ["strong", "weak"]
     assert found[0].span == pytest.approx(4.0, abs=0.1)  # 5 times the 0.8 between the middles of the fifths
+
+
+def test_a_run_that_grows_and_ends_below_its_limits_is_not_taken_for_stable():
+    columns = {
+        "status": np.array(["completed", "completed", "diverged", "completed", "failed", "completed"]),
+        "growth_per_cycle": np.array([1.2, 0.9, 3.0, np.nan, np.nan, 1.0]),
+    }
+
+    assert growing_share(columns).value == pytest.approx(1 / 3)
+    assert growing_share({"status": columns["status"]}) is None
