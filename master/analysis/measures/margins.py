@@ -33,6 +33,7 @@ Complexes = NDArray[np.complex128]
 _N_GRID = 1500
 _LARGEST_GAIN = 1e6
 _LOWEST = 1e-5
+_MOST_NUMBERS = 4_000_000  # of matrices that are solved at once: 64 MB
 _AROUND = np.concatenate([-np.geomspace(0.3, 1e-6, 12), np.geomspace(1e-6, 0.3, 12)])
 
 
@@ -84,9 +85,13 @@ def margin(coupled: LinearSystem, wire: Wire) -> Margin:
 def transfer(opened: OpenedLoop, z: Complexes) -> Complexes:
     """Loop transfer L(z)."""
     n = len(opened.M)
-    sides = np.broadcast_to(opened.N, (len(z), n, 1))
-    resolvent = np.linalg.solve(z[:, None, None] * np.eye(n) - opened.M, sides)
-    found: Complexes = (opened.P @ resolvent)[:, 0, 0] + opened.Q[0, 0]
+    found: Complexes = np.empty(len(z), dtype=np.complex128)
+    at_once = max(1, _MOST_NUMBERS // (n * n))
+    for first in range(0, len(z), at_once):
+        some = z[first : first + at_once]
+        sides = np.broadcast_to(opened.N, (len(some), n, 1))
+        resolvent = np.linalg.solve(some[:, None, None] * np.eye(n) - opened.M, sides)
+        found[first : first + at_once] = (opened.P @ resolvent)[:, 0, 0] + opened.Q[0, 0]
     return found
 
 
