@@ -13,7 +13,8 @@ States   x_mea, f_mea                      start: read from the inputs
 Source   Silva et al. (2020), as the other models of this folder: noise powers 6.25e-14 m2 s and 1.16e-3 N2 s,
          times 4096 Hz the variances; converters of 18 bits, +-3.8.
 Deviation  The scale of the converters is not published. Quantum and limit of the displacement are taken in
-         metres; the force has no quantum, and the limit of the actuator, 8900 N.
+         metres; the force has no quantum, and a limit far above the 8900 N of the actuator, which a perturbed
+         plant may reach.
 Valid    White noise at the sampling instants, the same whatever the period.
 """
 
@@ -42,7 +43,7 @@ class RthsSensor(Model):
         parameter("quantum_x", 2.0**-18, "m", "Quantum of the displacement; 0: none", minimum=0.0),
         parameter("quantum_f", 0.0, "N", "Quantum of the force; 0: none", minimum=0.0),
         parameter("limit_x", 3.8, "m", "Largest displacement that is read", above=0.0),
-        parameter("limit_f", 8900.0, "N", "Largest force that is read", above=0.0),
+        parameter("limit_f", 1e5, "N", "Largest force that is read", above=0.0),
         whole_number("seed", 1, "Seed of the noise", minimum=0, maximum=2**31 - 1 - SECOND_SEED),
         SAMPLE_TIME,
         input_("x", "m", "Displacement of the specimen"),

@@ -137,6 +137,16 @@ def test_robust_reaches_the_noise_floor_on_a_perturbed_plant(data, league, J6):
 
 
 @pytest.mark.long
+def test_a_force_beyond_the_actuators_is_read_as_it_is(data):
+    """A stiff plant under Kobe: a load cell that ends at 8900 N makes J6 1.2."""
+    record = read_record(data / "rths" / "KobeAccelNoScaling.mat", 0.4)
+    found = score(Benchmark("robust", FORCE, 3, record, with_noise=True), 3)
+
+    assert found.J is not None
+    assert found.J[5] <= 0.3
+
+
+@pytest.mark.long
 def test_a_run_that_leaves_its_limit_has_no_measures_and_exit_4(tmp_path):
     path = tmp_path / "strong.csv"
     path.write_text("t,a\n0,0\n0.1,1000\n0.2,1000\n", encoding="utf-8")
