@@ -88,7 +88,6 @@ class Block:
             variables=self.variables,
             delays=self.delays,
             can_get_and_set_state=True,
-            can_serialise_state=True,
             feedthrough=self.feedthrough,
             influences=self.influences,
         )
