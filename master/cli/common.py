@@ -13,8 +13,9 @@ from typing import Any
 import click
 
 from master.catalogue import FLAVOURS
-from master.errors import ConfigError, FmuError, MasterError
+from master.errors import EXIT_INPUT, ConfigError, FmuError, MasterError
 from master.process.child import done_apart
+from master.process.position import MORE_MEMORY
 from master.text.printable import printable
 
 CONFIG = click.argument("config", type=click.Path(path_type=Path))
@@ -79,6 +80,12 @@ def answers_errors(command: Callable[..., None]) -> Callable[..., None]:
             for problem in problems:
                 say(problem, err=True)
             sys.exit(error.exit_status)
+        except MemoryError:
+            problem = f"memory: there is too little, {MORE_MEMORY}"
+            if options.get("as_json"):
+                print_json({"status": "failed", "problems": [problem]})
+            say(problem, err=True)
+            sys.exit(EXIT_INPUT)
 
     return wrapped
 

@@ -16,6 +16,8 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, NamedTuple
 
+from master.errors import MasterError
+
 TICK, SLAVE, PHASE, STAGE, WRITTEN, CONSUMED, STOP, FINISHED, FLOAT_MODE, FLOAT_TICK, T0, STEP_SIZE = range(
     12
 )
@@ -163,14 +165,25 @@ class Position:
         return bytes(self._memory[first:end])
 
 
+MORE_MEMORY = "expected more address space (`ulimit -v`), or fewer rows and signals"
+
 _shared: list[weakref.ref[mmap.mmap]] = []
 
 
 def shared_memory(n_bytes: int) -> mmap.mmap:
-    """Return memory that stays shared with a process forked later; pages are allocated when written."""
+    """
+    Return memory that stays shared with a process forked later; pages are allocated when written.
+
+    Raises:
+        MasterError: If the system does not give that much address space.
+    """
     no_reserve = getattr(mmap, "MAP_NORESERVE", 0x4000)  # named since Python 3.13
     flags = mmap.MAP_SHARED | mmap.MAP_ANONYMOUS | no_reserve
-    memory = mmap.mmap(-1, n_bytes, flags=flags)
+    try:
+        memory = mmap.mmap(-1, n_bytes, flags=flags)
+    except OSError as error:
+        got = f"{error.strerror} for {n_bytes / 2**20:.0f} MB"
+        raise MasterError(f"memory: the run has too little, got {got}, {MORE_MEMORY}") from None
     _shared.append(weakref.ref(memory))
     return memory
 
