@@ -148,9 +148,9 @@ class Adequacy:
         return self.ratio < WITHIN_FLOOR
 
     @property
-    def is_coarse(self) -> bool:
-        """Whether the steps of the channel's converter are larger than what is left, and may be its cause."""
-        return self.floor.step > self.rms
+    def is_unpredicted(self) -> bool:
+        """Whether no regressor predicts it, those that see the rounding of a converter included."""
+        return all(p.share.value < PREDICTABLE for p in self.predictors)
 
     @property
     def is_above_floor(self) -> bool:

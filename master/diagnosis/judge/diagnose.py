@@ -263,7 +263,7 @@ def _explained(result: PartResult, effects: Sequence[PlacedEffect], judge: Judge
 
     def is_adequate(fitted: Fit) -> bool:
         if fitted is result.base:
-            return result.final.is_adequate
+            return result.final.is_quiet
         return all(c.is_silent for c in judge.judge(fitted.predicted, thorough=False))
 
     named = search(study, result.base, effects, is_adequate=is_adequate)

@@ -24,8 +24,13 @@ class Stage:
 
     @property
     def is_noise(self) -> bool:
-        """Whether what is left is noise, not steps of a converter, and nothing predicts it."""
-        return self.is_adequate and all(c.is_within_floor and not c.is_coarse for c in self.channels)
+        """Whether hardly more is left than the noise of the channels, and nothing predicts it."""
+        return self.is_quiet and all(c.is_within_floor for c in self.channels)
+
+    @property
+    def is_quiet(self) -> bool:
+        """Whether it is adequate, and not even rounding can be predicted, which may be a converter's."""
+        return self.is_adequate and all(c.is_unpredicted for c in self.channels)
 
     @property
     def is_predictable(self) -> bool:

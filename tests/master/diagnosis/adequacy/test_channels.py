@@ -78,12 +78,12 @@ def test_white_noise_is_noise_and_coloured_noise_is_more_than_the_differences_sh
     assert not red.is_noise
 
 
-def test_steps_as_large_as_what_is_left_are_not_taken_for_noise():
-    """What is measured in steps of 0.5 has noise of 0.5/sqrt(12), and yet a converter may be missing."""
-    measured = 3.0 * U + NOISE
-    coarse = Stage("refit", (channel(0.5 * np.round(measured / 0.5) - 3.0 * U),))
+def test_rounding_that_repeats_over_a_signal_is_not_taken_for_noise():
+    """A sensor in steps of 0.5: differences take its jumps for noise, and yet a converter is missing."""
+    steps = 0.5 * np.round(3.0 * U / 0.5) - 3.0 * U
+    coarse = Stage("refit", (channel(steps + 0.3 * NOISE),))
 
-    assert coarse.channels[0].is_coarse
+    assert not coarse.channels[0].is_unpredicted
     assert not coarse.is_noise
 
 
