@@ -11,7 +11,7 @@ Limits   Adaptation, saturation and what FMUs do at their limits are not in it: 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -28,6 +28,9 @@ from master.system.graph import Wire
 
 from .box import SENSOR, Box, instance_of, own_values
 
+LARGEST_MISFIT = 1e-3
+LARGEST_CURVATURE = 1e-2
+"""Relative errors of an FMU's linear system beyond which nothing is said of its loops."""
 NEUTRAL = 1e-7
 """Distance of a pole from z = 1 within which it neither grows nor decays."""
 
@@ -72,6 +75,7 @@ class Preflight:
     nominal: Plant
     plants: Sequence[Plant]
     assumptions: tuple[Assumption, ...]
+    notes: tuple[str, ...] = ()
 
     @property
     def worst(self) -> Plant:
@@ -80,8 +84,8 @@ class Preflight:
 
     @property
     def stable(self) -> bool:
-        """Whether every plant is stable."""
-        return self.worst.stable
+        """Whether every plant is known to be stable."""
+        return self.worst.stable and not self.notes
 
     @property
     def latency(self) -> float | None:
@@ -99,6 +103,8 @@ class Preflight:
     @property
     def sentence(self) -> str:
         """The verdict in one sentence."""
+        if self.notes:
+            return f"not judged: {'; '.join(self.notes)}"
         n_bad = sum(not plant.stable for plant in self.plants)
         if n_bad:
             return (
@@ -126,6 +132,7 @@ class Preflight:
             "worst": self.worst.as_dict(),
             "plants": [plant.as_dict() for plant in self.plants],
             "assumptions": [vars(a) for a in self.assumptions],
+            "notes": list(self.notes),
         }
 
 
@@ -168,7 +175,18 @@ def preflight(
         plants.append(_judged(linearisation.coupled(changes), wire, looped, dict(corner)))
         done(1)
     nominal = _judged(coupled, wire, looped, {})
-    return Preflight(method, wire.target.name, nominal, plants, linearisation.assumptions)
+    notes = tuple(_objections(coupled, looped))
+    return Preflight(method, wire.target.name, nominal, plants, linearisation.assumptions, notes)
+
+
+def _objections(coupled: LinearSystem, looped: set[str]) -> Iterator[str]:
+    """Say which FMUs of the loops a linear system does not repeat well enough to be judged by it."""
+    for name in looped:
+        system = coupled.parts[name].system
+        if system.misfit > LARGEST_MISFIT:
+            yield f"the answers of {name} alone are repeated to {system.misfit:.1e} only"
+        if system.curvature > LARGEST_CURVATURE:
+            yield f"{name} is not linear, its answers bend by {system.curvature:.1e}"
 
 
 def _without_reference(experiment: Experiment) -> Experiment:
