@@ -28,6 +28,7 @@ from master.diagnosis.numerics.least_squares import Fit
 from master.diagnosis.replay.candidate_models import ModelPool, candidates
 from master.diagnosis.replay.placed_effect import PlacedEffect
 from master.diagnosis.replay.replay_bench import ReplayBench
+from master.diagnosis.search.classes import CONVERTER, class_of
 from master.diagnosis.search.deadline import Deadline, TimeIsUpError
 from master.diagnosis.search.extended_model import ExtendedModel
 from master.diagnosis.search.limits import named_by_limits
@@ -241,7 +242,9 @@ def _searched(begun: PartResult, system: CutSystem, case: Case, deadline: Deadli
     judge = Judge(study, begun.base.values, begun.base.predicted)
     refit = Stage(REFIT, judge.judge(begun.base.predicted))
     result = replace(detect(begun), stages=(refit,))
-    if effects and not refit.is_noise:
+    if refit.is_noise:  # differences take the steps of a converter for noise: it alone may be missing
+        effects = [e for e in effects if class_of(e.law) == CONVERTER]
+    if effects:
         deadline.arm()
         result = _explained(result, effects, judge)
         deadline.disarm()

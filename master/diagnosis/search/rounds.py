@@ -14,7 +14,7 @@ from master.diagnosis.numerics.gains import is_accepted
 from master.diagnosis.numerics.least_squares import Fit
 from master.diagnosis.replay.placed_effect import PlacedEffect
 
-from .classes import are_of_a_class
+from .classes import CONVERTER, are_of_a_class, class_of
 from .deadline import TimeIsUpError
 from .extended_model import ExtendedModel
 from .families import (
@@ -198,9 +198,14 @@ def _step(
     taken = {e.place for e in chosen.effects}
     study.build([(*chosen.effects, e) if e.place in taken else (e,) for e in left])
     tried = screened(study, chosen, present.fit, left, is_held_out=is_doubtful)
-    promising = _shortlist([s for s in tried if not s.held_out < SMALLEST_HELD_OUT])
+    promising = _shortlist([s for s in tried if _is_credible(s)])
     study.build([s.model.effects for s in promising])
     return _round(study, present.fit, promising, len(left))
+
+
+def _is_credible(s: Screened) -> bool:
+    """Whether its promise holds on held-out rows; no regressor sees a converter, so that is always fitted."""
+    return not s.held_out < SMALLEST_HELD_OUT or class_of(s.model.effects[-1].law) == CONVERTER
 
 
 def _looked_ahead(study: Study, base: Fit, step: Round, candidates: Sequence[PlacedEffect]) -> _Decided:
