@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import jsonschema
@@ -18,7 +19,8 @@ def test_sharp_friction_is_traced_to_the_noise(tmp_path):
     """The sign changes within a row; a search that kept it rounded would leave twice the noise."""
     report = answer(CASE, tmp_path / "out", lambda _: None)
 
-    jsonschema.Draft202012Validator(report_schema()).validate(report)
+    written = json.loads((tmp_path / "out" / "report.json").read_text(encoding="utf-8"))
+    jsonschema.Draft202012Validator(report_schema()).validate(written)
     assert (report["verdict"], report["subsystem"]) == ("traced", "axis")
     assert [(e["slot"], e["effect"]) for e in report["effects"]] == [("friction", "coulomb")]
     found = {k.removeprefix("axis."): p for k, p in report["parameters"].items()}
