@@ -351,7 +351,8 @@ class DescriptionReader:
                 continue
             n_elements += n if shape else 0
             if n_elements > MOST_ELEMENTS:
-                got = f"got {n} elements, {n_elements} with those of the arrays before"
+                before = f", {n_elements} with those of the arrays before" * (n_elements > n)
+                got = f"got {n} elements{before}"
                 self.faults.add(d.where, f"Dimension: {got}, expected at most {MOST_ELEMENTS}")
                 n_elements -= n
             elif not shape:
