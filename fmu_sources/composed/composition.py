@@ -17,7 +17,7 @@ Each input is a slot too, of its own name: a law of a signal on its way into the
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from functools import cached_property, partial
+from functools import cache, cached_property, partial
 from typing import Any, ClassVar
 
 from ..effects.framework.effect import Applied, Effect
@@ -192,9 +192,10 @@ def _check(model: Model, place: Placed, before: tuple[Placed, ...]) -> None:
 
 
 def all_slots(model: Model) -> tuple[Slot, ...]:
-    """Slots of the equations, and one for each input."""
+    """Slots of the equations, and one for each input that they read."""
     taken = {slot.name for slot in model.slots}
-    inputs = [v for v in model.group(Role.INPUT) if v.name not in taken and v.name == v.base]
+    read = _homes(model.base if isinstance(model, Composed) else model)
+    inputs = [v for v in model.group(Role.INPUT) if v.name == v.base and v.name in read.keys() - taken]
     return (*model.slots, *(Slot(v.name, v.unit, v.description) for v in inputs))
 
 
@@ -218,7 +219,21 @@ def _slot_of(model: Model, name: str) -> Slot:
 
 
 def _home(model: Model, slot: str) -> str:
-    """Find the equation that owns a slot by evaluating the model at its start."""
+    """Find the equation that owns a slot."""
+    try:
+        return _homes(model)[slot]
+    except KeyError:
+        raise ValueError(f"{model.name}.{slot}: the equations do not call this slot") from None
+
+
+def _noted(called: set[str], name: str, value: Any, **signals: Any) -> Any:
+    called.add(name)
+    return value
+
+
+@cache
+def _homes(model: Model) -> Mapping[str, str]:
+    """Map each slot and input to the first equation that calls or reads it, at the model's start."""
     x, u, p = (
         kind.record([v.start for v in model.group(role)])
         for kind, role in (
@@ -227,14 +242,9 @@ def _home(model: Model, slot: str) -> str:
             (model.parameters, Role.PARAMETER),
         )
     )
-    called: set[str] = set()
-
-    def note(name: str, value: Any, **signals: Any) -> Any:
-        called.add(name)
-        return value
-
+    homes: dict[str, str] = {}
     for equation in EQUATIONS:
-        getattr(model, equation)(0.0, x, _Watched(u, called), p, PYTHON, slot=note)
-        if slot in called:
-            return equation
-    raise ValueError(f"{model.name}.{slot}: the equations do not call this slot")
+        called: set[str] = set()
+        getattr(model, equation)(0.0, x, _Watched(u, called), p, PYTHON, slot=partial(_noted, called))
+        homes |= dict.fromkeys(called - set(homes), equation)
+    return homes
