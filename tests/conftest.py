@@ -9,15 +9,22 @@ import pytest
 
 PROJECT = Path(__file__).parents[1]
 SLOW = PROJECT / "tests" / "systems"
-NOT_MEASURED = [  # models in plain Python, step by step, and many runs alike: others cover their lines too
+NOT_MEASURED = [  # models in plain Python and many runs alike, whose lines others cover; work in child processes
     PROJECT / "tests" / name
     for name in (
         "fmu_sources/export/native",
         "fmu_sources/motion_simulator",
         "fmu_sources/rigs",
+        "foreign/test_isolated_fmus.py",
+        "foreign/test_sandboxed_fmus.py",
         "fuzz",
         "interop",
+        "master/campaign/test_crew.py",
+        "master/cli/test_signals.py",
+        "master/runs/test_resume.py",
+        "master/stepping/test_apart.py",
         "oracles",
+        "reliability",
         "rig",
         "systems/test_analysis.py",
         "systems/test_loop_of_models.py",
