@@ -9,7 +9,7 @@ import pytest
 
 PROJECT = Path(__file__).parents[1]
 SLOW = PROJECT / "tests" / "systems"
-NOT_MEASURED = [  # models in plain Python and many runs alike, whose lines others cover; work in child processes
+NOT_MEASURED = [  # Python models and runs alike, whose lines others cover; work in child processes
     PROJECT / "tests" / name
     for name in (
         "fmu_sources/export/native",
