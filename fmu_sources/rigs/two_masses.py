@@ -27,7 +27,7 @@ class TwoMasses(Model):
     description = "Two masses with a coupling, driven at the first one."
     variables = declare(
         parameter("mass_1", 1.0, "kg", "Mass m_1 that is driven", above=0.0),
-        parameter("mass_2", 1.0, "kg", "Mass m_2 behind the coupling", above=0.0),
+        parameter("mass_2", 1.0, "kg", "Mass m_2 after the coupling", above=0.0),
         parameter("stiffness", 100.0, "N/m", "Stiffness k of the coupling", minimum=0.0),
         parameter("coupling_damping", 0.1, "N s/m", "Damping c of the coupling", minimum=0.0),
         parameter("damping", 0.0, "N s/m", "Viscous friction b of the second mass", minimum=0.0),

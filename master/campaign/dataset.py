@@ -94,7 +94,8 @@ class Dataset:
         self._n_parts = max(numbers, default=-1) + 1
 
     def _columns(self) -> dict[str, Any]:
-        rows, plan = self._rows, self._plan
+        rows = self._rows
+        plan = self._plan
         found: dict[str, Any] = {
             "run": [row.run for row in rows],
             "status": [row.status for row in rows],

@@ -36,7 +36,8 @@ def unit_points(design: Design, n_columns: int) -> Floats:
 
 def _saltelli(n: int, n_columns: int, seed: int) -> Floats:
     both = qmc.Sobol(2 * n_columns, rng=seed).random(n)
-    first, second = both[:, :n_columns], both[:, n_columns:]
+    first = both[:, :n_columns]
+    second = both[:, n_columns:]
     mixed = [first.copy() for _ in range(n_columns)]
     for i, block in enumerate(mixed):
         block[:, i] = second[:, i]

@@ -178,7 +178,8 @@ def _histogram(plan: Plan, name: str, values: NDArray[Any]) -> Chart:
     known = values[np.isfinite(values.astype(float))].astype(float)
     low, high = np.quantile(known, [0.005, 0.995])
     if not high > low:
-        low, high = low - 0.5, high + 0.5
+        low -= 0.5
+        high += 0.5
     counts, edges = np.histogram(known, bins=_BINS, range=(low, high))
     x = np.repeat(edges, 2)[1:-1]
     unit = plan.units[name]

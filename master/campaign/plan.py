@@ -286,7 +286,8 @@ class _Planner:
                     name,
                 )
         known = (DIVERGED_SHARE, *plan.numbers)
-        until, tune = self.campaign.until, self.campaign.tune
+        until = self.campaign.until
+        tune = self.campaign.tune
         named: list[tuple[str, tuple[str | int, ...]]] = []
         named += [] if until is None else [(until.measure, ("until", "measure"))]
         named += [] if tune is None else [(tune.minimise, ("tune", "minimise"))]

@@ -320,7 +320,8 @@ class _Sampler:
         """Let a value be that of another signal, in its own unit, times a factor plus an offset."""
         is_number = source.dtype.kind in "fi"
         is_plain = v.factor == 1.0 and v.offset == 0.0
-        own, other = self.targets[key].unit, self._unit_of(str(v.same_as))
+        own = self.targets[key].unit
+        other = self._unit_of(str(v.same_as))
         change = conversion(other, own)
         if change is None:
             names = [u.name for u in (other, own) if u is not None]

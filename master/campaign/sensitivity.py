@@ -59,7 +59,9 @@ def sobol_indices(keys: Sequence[str], values: Floats, seed: int = 1) -> list[So
 
 def _indices(blocks: Floats) -> Floats:
     """First and total indices, shape (2, inputs)."""
-    a, b, mixed = blocks[0], blocks[1], blocks[2:]
+    a = blocks[0]
+    b = blocks[1]
+    mixed = blocks[2:]
     variance = np.var(blocks[:2])
     first = np.mean(b * (mixed - a), axis=1) / variance
     total = 0.5 * np.mean((a - mixed) ** 2, axis=1) / variance

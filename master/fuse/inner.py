@@ -160,13 +160,13 @@ def _inner_model(files: Mapping[str, str], identifier: str, prefix: str) -> Inne
     changed["model.h"] = _replaced(
         prototypes.sub("", files["model.h"]),
         "extern const int model_restarting[];",
-        "void model_prepare(const double *p, double *prepared); /* what hangs on parameters alone */\n\n"
+        "void model_prepare(const double *p, double *prepared); /* what depends on parameters alone */\n\n"
         "extern const int model_restarting[];",
     )
     changed["instance.h"] = _replaced(
         files["instance.h"],
         "} Data;",
-        "    double prepared[ROOM(N_PREPARED)]; /* what hangs on parameters alone */\n} Data;",
+        "    double prepared[ROOM(N_PREPARED)]; /* what depends on parameters alone */\n} Data;",
     )
     changed["rules.c"] = _replaced(
         files["rules.c"],

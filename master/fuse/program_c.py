@@ -19,7 +19,7 @@ from .layout import Fused, Inner
 
 @dataclass(frozen=True)
 class _Plan:
-    """What stands in the place of a loaded FMU while its system is compiled: it has no addresses."""
+    """What takes the place of a loaded FMU while its system is compiled: it has no addresses."""
 
     description: Description
 

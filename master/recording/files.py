@@ -228,7 +228,7 @@ class _Csv:
         self._file.close()
 
     def settle(self, path: Path) -> None:
-        """Give a file that was written under another name its own."""
+        """Rename a file that was written under another name to its own."""
         if self._path != path:
             self._path.replace(path)
             self._path = path
