@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ctypes
 import json
-import mmap
 import struct
 from typing import Any
 
@@ -43,7 +42,7 @@ class Channel:
     def share_no_further(self) -> None:
         """Keep this memory from processes that are forked from now on."""
         for memory in (self._memory, self._positions):
-            memory.madvise(mmap.MADV_DONTFORK)
+            memory.share_no_further()
 
     def put(self, thing: Any) -> None:
         """Write a request or an answer of a slow call, as JSON."""

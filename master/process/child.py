@@ -76,6 +76,8 @@ class Child:
             status = 1
             try:
                 status = self._do(work, parent)
+            except Exception:
+                traceback.print_exc()  # a fault of this program: errors of the work are handed over
             finally:
                 os._exit(status)
         self._handle = os.pidfd_open(self._process)

@@ -11,6 +11,7 @@ import ctypes
 import json
 import math
 import mmap
+import os
 import weakref
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -167,10 +168,23 @@ class Position:
 
 MORE_MEMORY = "expected more address space (`ulimit -v`), or fewer rows and signals"
 
-_shared: list[weakref.ref[mmap.mmap]] = []
+_alive: weakref.WeakSet[SharedMemory] = weakref.WeakSet()
+_absent: list[SharedMemory] = []
 
 
-def shared_memory(n_bytes: int) -> mmap.mmap:
+class SharedMemory(mmap.mmap):
+    """Memory that stays shared with a process forked later, until it is shared no further."""
+
+    is_shared = True
+
+    def share_no_further(self) -> None:
+        """Keep it from processes that are forked from now on."""
+        if self.is_shared:
+            self.madvise(mmap.MADV_DONTFORK)
+            self.is_shared = False
+
+
+def shared_memory(n_bytes: int) -> SharedMemory:
     """
     Return memory that stays shared with a process forked later; pages are allocated when written.
 
@@ -180,11 +194,11 @@ def shared_memory(n_bytes: int) -> mmap.mmap:
     no_reserve = getattr(mmap, "MAP_NORESERVE", 0x4000)  # named since Python 3.13
     flags = mmap.MAP_SHARED | mmap.MAP_ANONYMOUS | no_reserve
     try:
-        memory = mmap.mmap(-1, n_bytes, flags=flags)
+        memory = SharedMemory(-1, n_bytes, flags=flags)
     except OSError as error:
         got = f"{error.strerror} for {n_bytes / 2**20:.0f} MB"
         raise MasterError(f"memory: the run has too little, got {got}, {MORE_MEMORY}") from None
-    _shared.append(weakref.ref(memory))
+    _alive.add(memory)
     return memory
 
 
@@ -195,9 +209,17 @@ def share_no_further() -> None:
     A copy of this process that an FMU makes and that comes back from the call ends at its next access,
     instead of stepping and writing rows beside this one.
     """
-    for memory in (reference() for reference in _shared):
-        if memory is not None:
-            memory.madvise(mmap.MADV_DONTFORK)
+    for memory in _alive:
+        memory.share_no_further()
+
+
+def _keep_absent() -> None:
+    """In a forked process: never free memory that it did not get, as something else may be at its address."""
+    _absent.extend(memory for memory in _alive if not memory.is_shared)
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_keep_absent)
 
 
 _current = Position()
