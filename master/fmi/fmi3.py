@@ -24,7 +24,7 @@ def _kind(value_type: int) -> Kind:
 class Fmi3Slave(FmuSlave):
     """One instance of an FMU 3.0; extracted and loaded on creation."""
 
-    def interface(self) -> CInterface:
+    def _addresses(self) -> CInterface:
         dll = self._fmu.dll
         saves = self.description.can_get_and_set_state
         types = list(enumerate(NAMES))

@@ -17,6 +17,7 @@ from . import messages, unpacked
 from .description import Description, Kind, Variable
 from .messages import CHANGES_FLOAT_MODE
 from .native.float_mode import restore_float_mode
+from .slave import CInterface
 from .status import Status, described, status_name
 from .value_types import LONG, RANGES, TYPE_RANGES
 from .values import shown
@@ -32,6 +33,7 @@ class FmuSlave:
         self._ends_with_error = False
         self._is_initialised = False
         self._working_folder: str | None = None
+        self._interface: CInterface | None = None
         self._is_harmless = description.keeps_float_mode  # our code changes no folder either
         self._folder = unpacked.acquire(description, unpacked.unpack)
         instantiate = "instantiate" if description.version == 2 else "instantiateCoSimulation"
@@ -51,6 +53,15 @@ class FmuSlave:
             function = "instantiate" if self.description.version == 2 else "instantiateCoSimulation"
             answer = f"{self._full_name(function)} returned no instance"
         return FmuError(self.name, self._explained(answer), time=position.current().time())
+
+    def interface(self) -> CInterface:
+        if self._interface is None:
+            self._interface = self._addresses()
+        return self._interface
+
+    def _addresses(self) -> CInterface:
+        """Look up the library's functions."""
+        raise NotImplementedError
 
     def _instantiate(self) -> Any:
         """Load the library and make an instance; return FMPy's object."""
@@ -114,6 +125,7 @@ class FmuSlave:
         if self.description.once_per_process:
             self.reset()
             return
+        self._interface = None
         if self._is_initialised and not failed:
             self._end("terminate", self._fmu.terminate)
         free = getattr(self._fmu, f"fmi{self.description.version}FreeInstance")
