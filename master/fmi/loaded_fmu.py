@@ -6,6 +6,7 @@ import ctypes
 import logging
 import math
 from collections.abc import Callable, Mapping, Sequence
+from itertools import groupby
 from typing import Any
 
 from master.errors import FmuError
@@ -79,8 +80,13 @@ class FmuSlave:
         raise NotImplementedError
 
     def set(self, variables: Sequence[Variable], values: Sequence[float | str]) -> None:
-        for variable, value in zip(variables, values, strict=True):
-            self._call(self._setter(variable), [variable.reference], [self._taken(variable, value)])
+        """Set variables in their order; neighbours of one type in one call."""
+        taken = zip(variables, values, strict=True)
+        for _, part in groupby(taken, lambda pair: (pair[0].kind, pair[0].value_type)):
+            pairs = list(part)
+            references = [variable.reference for variable, _ in pairs]
+            numbers = [self._taken(variable, value) for variable, value in pairs]
+            self._call(self._setter(pairs[0][0]), references, numbers)
 
     def _taken(self, variable: Variable, value: float | str) -> Any:
         """Turn a double, or a text, into what FMPy's setter takes; FmuError if the type does not hold it."""
@@ -98,10 +104,12 @@ class FmuSlave:
         return number if variable.kind is Kind.REAL else round(number)
 
     def get(self, variables: Sequence[Variable]) -> list[float]:
-        found = []
-        for variable in variables:
-            [value] = self._call(self._getter(variable), [variable.reference])
-            found.append(read_number(variable, value))
+        """Read variables; neighbours of one type in one call."""
+        found: list[float] = []
+        for _, part in groupby(variables, lambda variable: (variable.kind, variable.value_type)):
+            alike = list(part)
+            values = self._call(self._getter(alike[0]), [variable.reference for variable in alike])
+            found += map(read_number, alike, values)
         return found
 
     def set_start_values(self, start: Mapping[str, float | str]) -> None:
