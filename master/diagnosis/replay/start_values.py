@@ -15,7 +15,7 @@ from master.text.signal_name import SignalName
 HEAD = 0.15  # share of a recording on which one start value is estimated
 N_GRID = 15  # start values tried between the bounds, before the best is refined
 GRID_TOLERANCE = 1e-5  # of the distance of the bounds
-N_STEPS = 2  # Gauss-Newton steps for several start values: the outputs are nearly linear in them
+N_STEPS = 2  # for several start values: the outputs are nearly linear in them, so with the same derivatives
 DIFFERENCE = 1e-3  # of the distance of the bounds, for a derivative
 
 Bounds = Mapping[str, tuple[float, float]]
@@ -69,20 +69,24 @@ def by_grid(estimate: StartEstimate, name: str, bounds: tuple[float, float]) -> 
 
 
 def by_steps(estimate: StartEstimate, bounds: Bounds) -> Values:
-    """Estimate start values on a whole segment by Gauss-Newton steps from the middle of their bounds."""
+    """Estimate start values on a whole segment by Newton steps from the middle of their bounds."""
     names = list(bounds)
     x = np.array([0.5 * (low + high) for low, high in bounds.values()])
     steps = np.array([DIFFERENCE * (high - low) for low, high in bounds.values()])
     n = len(estimate.target)
-    for _ in range(N_STEPS):
-        here = estimate.residual(dict(zip(names, x, strict=True)), n)
-        columns = []
-        for i, step in enumerate(steps):
-            moved = x.copy()
-            moved[i] += step
-            columns.append((estimate.residual(dict(zip(names, moved, strict=True)), n) - here) / step)
-        matrix = np.column_stack(columns)
-        if not (np.isfinite(matrix).all() and np.isfinite(here).all()):
+    here = estimate.residual(dict(zip(names, x, strict=True)), n)
+    columns = []
+    for i, step in enumerate(steps):
+        moved = x.copy()
+        moved[i] += step
+        columns.append((estimate.residual(dict(zip(names, moved, strict=True)), n) - here) / step)
+    matrix = np.column_stack(columns)
+    if not np.isfinite(matrix).all():
+        return estimate.with_starts(dict(zip(names, x.tolist(), strict=True)))
+    for i in range(N_STEPS):
+        if i:
+            here = estimate.residual(dict(zip(names, x, strict=True)), n)
+        if not np.isfinite(here).all():
             break
         x = x - np.linalg.lstsq(matrix, here, rcond=None)[0]
     return estimate.with_starts(dict(zip(names, x.tolist(), strict=True)))
