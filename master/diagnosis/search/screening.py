@@ -31,6 +31,7 @@ FACTORS_OF_TIME = (0.1, 0.3, 0.6, 0.9, 1.2, 1.6, 2.2, 3.0)  # a delay of held va
 FACTORS_OF_FREQUENCY = (0.1, 0.2, 0.4, 0.6, 1.0, 1.6, 2.5, 4.0)  # a resonance is seen from nearby only
 LEAST_AMPLITUDE = 1e-2  # of the typical size, where a fit starts
 N_STARTS = 4
+NEAR_BEST = 0.5  # of the best's share: what a shape has to promise for a fit to start there
 RATE = "{value}/{position}"
 SAME = 0.999  # correlation of an output that is the slot's value
 
@@ -108,7 +109,8 @@ def _best(study: Study, tangent: Tangent, placed: PlacedEffect) -> Screened | No
     if not trials:
         return None
     best = trials[0]
-    starts = tuple(t.start for t in trials if t.model == best.model)[:N_STARTS]
+    near = (t.start for t in trials if t.model == best.model and t.share >= NEAR_BEST * best.share)
+    starts = tuple(near)[:N_STARTS]
     return Screened(best.model, starts, best.share, tangent.known)
 
 

@@ -148,7 +148,7 @@ class Scaled(Decay):
 
 
 def test_derivatives_by_start_values_serve_until_they_no_longer_hold():
-    """A window takes the middle, a moved start, a step and the answer; less the second, or with a step in vain."""
+    """A window takes middle, a moved start, a step, the answer; less the second, or a step in vain more."""
     r = recording("r", 90, np.sin(np.arange(90) / 5.0), y0=0.3)
     own = bench([r], windows={"box": 30 * H}, starts={"box.y0": (-1.0, 1.0)})
     player = Scaled()
