@@ -66,6 +66,7 @@ class ReplayBench:
         self.lengths = {name: len(values) for name, values in compared.items()}
         self.measured = self._joined(compared)
         self.in_use = self._in_use()
+        self._inverses: dict[tuple[Player, Segment], Array | None] = {}
 
     @property
     def name(self) -> str:
@@ -197,7 +198,10 @@ class ReplayBench:
         )
         if len(names) == 1 and not self.is_windowed:
             return by_grid(estimate, names[0], self.starts[names[0]])
-        return by_steps(estimate, {name: self.starts[name] for name in names})
+        key = (player, s)
+        found = by_steps(estimate, {name: self.starts[name] for name in names}, self._inverses.get(key))
+        self._inverses[key] = found.inverse
+        return found.values
 
     def _play(self, player: Player, values: Values, s: Segment, rows: int | None = None) -> Array:
         """Replay a segment or its first rows; shape (rows, names of the player)."""
