@@ -106,6 +106,7 @@ def search(
     candidates: Sequence[PlacedEffect],
     at_most: int = AT_MOST,
     is_adequate: Callable[[Fit], bool] = lambda _: False,
+    begun: SearchResult | None = None,
 ) -> SearchResult:
     """
     Add effects one after the other until none is accepted.
@@ -117,8 +118,11 @@ def search(
         at_most: Number of effects.
         is_adequate: Whether nothing that is left can be predicted: no more effects are looked for then, and
             a first one has to promise more, on rows that it has not seen.
+        begun: A search to go on with, from its last effect.
     """
     so_far = _SoFar(_Fitted(ExtendedModel(), base), [])
+    if begun is not None:
+        so_far = _SoFar(_Fitted(begun.model, begun.fit), list(begun.rounds))
     try:
         _add(study, base, candidates, at_most, is_adequate, so_far)
     except TimeIsUpError:
