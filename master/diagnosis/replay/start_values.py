@@ -68,12 +68,19 @@ def by_grid(estimate: StartEstimate, name: str, bounds: tuple[float, float]) -> 
     return estimate.with_starts({name: float(refined.x)})
 
 
-def by_steps(estimate: StartEstimate, bounds: Bounds) -> Values:
-    """Estimate start values on a whole segment by Gauss-Newton steps from the middle of their bounds."""
+def by_steps(estimate: StartEstimate, bounds: Bounds, rows: int | None = None) -> Values:
+    """
+    Estimate values by Gauss-Newton steps from the middle of their bounds.
+
+    Args:
+        estimate: Replays of a segment.
+        bounds: By `fmu.variable`.
+        rows: First rows of the segment that are looked at; None: all.
+    """
     names = list(bounds)
     x = np.array([0.5 * (low + high) for low, high in bounds.values()])
     steps = np.array([DIFFERENCE * (high - low) for low, high in bounds.values()])
-    n = len(estimate.target)
+    n = len(estimate.target) if rows is None else max(2, rows)
     for _ in range(N_STEPS):
         here = estimate.residual(dict(zip(names, x, strict=True)), n)
         columns = []
