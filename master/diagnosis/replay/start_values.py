@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import minimize_scalar
+from scipy.optimize import least_squares, minimize_scalar
 
 from master.diagnosis.case.cut import Values
 from master.diagnosis.numerics.arrays import Array
@@ -18,8 +18,9 @@ N_GRID = 15  # start values tried between the bounds, before the best is refined
 GRID_TOLERANCE = 1e-5  # of the distance of the bounds
 N_STEPS = 2  # for several start values: the outputs are nearly linear in them, so with the same derivatives
 DIFFERENCE = 1e-3  # of the distance of the bounds, for a derivative
-
 NEARLY = 1e-4  # of the first step: a second one that is no longer shows that the derivatives hold
+N_TRIALS = 10  # for parameters, in which the outputs are not linear
+DIVERGED = 1e6  # deviations: what a row is off whose outputs are not finite
 
 Bounds = Mapping[str, tuple[float, float]]
 
@@ -76,6 +77,24 @@ def by_grid(estimate: StartEstimate, name: str, bounds: tuple[float, float]) -> 
         cost, bounds=around, method="bounded", options={"xatol": GRID_TOLERANCE * (high - low)}
     )
     return estimate.with_starts({name: float(refined.x)})
+
+
+def by_fit(estimate: StartEstimate, bounds: Bounds) -> Values:
+    """Estimate parameters within their bounds on the first part of a recording."""
+    names = list(bounds)
+    lows, highs = np.array([bounds[name] for name in names]).T
+    n = max(2, round(HEAD * len(estimate.target)))
+
+    def at(u: Array) -> Array:
+        return np.asarray(lows + (u - 1.0) * (highs - lows))  # from 1 to 2: steps go with the distance
+
+    def residual(u: Array) -> Array:
+        left = estimate.residual(dict(zip(names, at(u).tolist(), strict=True)), n)
+        return np.where(np.isfinite(left), left, DIVERGED)
+
+    middle = np.full(len(names), 1.5)
+    found = least_squares(residual, middle, bounds=(1.0, 2.0), diff_step=DIFFERENCE, max_nfev=N_TRIALS)
+    return estimate.with_starts(dict(zip(names, at(found.x).tolist(), strict=True)))
 
 
 def by_steps(estimate: StartEstimate, bounds: Bounds, known: Array | None = None) -> Stepped:

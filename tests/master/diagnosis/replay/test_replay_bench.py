@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -48,10 +49,15 @@ def recording(name, n, u, y0=0.0):
     return Recording(name, np.arange(n) * H, {"u": np.asarray(u, dtype=float), "y": np.array(y)}, H)
 
 
-def bench(recordings, row="end", starts=None, fitted=None, **options):
+def bench(recordings, row="end", starts=None, fitted=None, own=None, **options):
     part = CutPart(("box",), {"box": {"u": MeasuredInput("u", row)}}, {"box": {}}, {"box.y": "y"})
     replay = {"oversample": 1, "settle": 0.0, "windows": {}, "cut": 0, "decimate": 1} | options
-    case = SimpleNamespace(replay=SimpleNamespace(**replay), starts=starts or {})
+    case = SimpleNamespace(
+        replay=SimpleNamespace(**replay),
+        starts=starts or {},
+        per_recording=tuple(own or ()),
+        refit={key: SimpleNamespace(low=low, high=high) for key, (low, high) in (own or {}).items()},
+    )
     return ReplayBench(part, {r.name: r for r in recordings}, case, fitted)
 
 
@@ -159,3 +165,31 @@ def test_derivatives_by_start_values_serve_until_they_no_longer_hold():
         replays.append(len(player.calls) - before)
 
     assert replays == [3 * n for n in (4, 3, 5, 3)]
+
+
+def test_a_value_that_a_recording_sets_holds_in_it_alone():
+    one = recording("one", 100, np.zeros(100), y0=1.0)
+    two = replace(recording("two", 100, np.zeros(100), y0=3.0), given={"box.y0": 3.0})
+    found = bench([one, two])
+
+    assert np.abs(found.predict(Decay(), {"box": {"y0": 1.0}}) - found.measured).max() < 1e-12
+
+
+def test_each_recording_has_its_own_value_of_a_parameter_and_one_that_no_fit_sees_finds_it_on_its_head():
+    starts = {"one": 1.0, "two": 3.0, "sealed": -2.0}
+    recordings = [recording(name, 100, np.zeros(100), y0) for name, y0 in starts.items()]
+    found = bench(recordings, fitted={"one", "two"}, own={"box.y0": (-10.0, 10.0)})
+    values = {"box": {"y0": 0.0, "y0@one": 1.0, "y0@two": 3.0}}
+    player = Decay()
+    predicted = found.predict(player, values)
+
+    assert np.abs(predicted - found.measured).max() < 1e-9
+    on_head = [n for segment, *_ in player.calls if (n := segment[1]) < 99]
+    assert set(on_head) == {14}
+
+
+def test_the_nominal_values_hold_in_all_recordings_where_nothing_was_fitted():
+    recordings = [recording(name, 100, np.zeros(100), 1.0) for name in ("one", "two")]
+    found = bench(recordings, own={"box.y0": (-10.0, 10.0)})
+
+    assert found.predict(Decay(), {"box": {"y0": 5.0}})[[0, 100], 0].tolist() == [5.0, 5.0]
