@@ -8,7 +8,8 @@ Robust compensation: models of contact and plant that correct themselves, and sa
     with the contact `direct`:  y = k_m s + c_m (s - s(k-1))/T,   t_s = c_m/k_m,   w_1 = sqrt(k_m/m_s)
 
 What is wrong in the prior is a share kappa of the stiffness and a time epsilon, of the lag of the sensor or
-of the damping, c/k; one oscillation does not tell these two apart, `latency_tolerance` does (w_T below):
+of the damping, c/k; one oscillation does not tell these two apart, `latency_tolerance` does (w_T below).
+In doubt, -1, size does: what the damping explains within two deviations is damping, all else is latency:
 
     f      = -(1 + kappa) y_a + kappa t_s y_a' - epsilon y_a'
 
@@ -22,13 +23,16 @@ of the damping, c/k; one oscillation does not tell these two apart, `latency_tol
                own innovations: a stiffness that varies with time, a rope that softens
     lead       f_l = f + T_f_hat f',  y_l = y_a + T_f_hat y_a'           the same backward difference in both
                r = f_l + (1 + kappa) y_l + (epsilon_a - kappa t_s) y_l'
-    force      f_comp = -(1 + kappa) y_d - ((1 - w_T) epsilon_a - kappa t_s) y_d' + r + f_e
+    latency    l -> w_T epsilon as epsilon_a does,
                w_T = tol_latency^2/(tol_latency^2 + (damping_tolerance t_s)^2)
+               in doubt w_T = 0 where exp(-2 damping_tolerance) < 1 + epsilon/t_s < exp(2 damping_tolerance),
+               else 1; tol_latency = 0.3 T_f_hat, or 0.5 ms without lag
+    force      f_comp = -(1 + kappa) y_d - (epsilon_a - l - kappa t_s) y_d' + r + f_e
                where f_comp is late on its way to the mass, y_d is y_d + force_delay y_d'
     share      r in two bands, split at 3 Hz, each by how much of its variance is not noise; the upper one
                only where sigma is above 1 % of the force
-    undone     the motion that a wrong epsilon has made, x_t: m_s x_t'' = w_T y_l' - k x_t - c x_t';
-               what is adopted, d, adds d (x_t, x_t') to the error (e, e') to be taken back,
+    undone     the motion that a wrong latency has made, x_t: m_s x_t'' = y_l' - k x_t - c x_t';
+               a change d of l adds d (x_t, x_t') to the error (e, e') to be taken back,
                f_e = m_s (w_c^2 e + 2 w_c e') - k e - c e',   e'' = -w_c^2 e - 2 w_c e',   w_c = 1/retro_time
     command    u = s + d_1 v + d_2 a + d_3 j,   a = f_comp/m_s, or a_des where other forces act on the mass,
                exp(advance s)/M(s) = 1 + d_1 s + d_2 s^2 + d_3 s^3 + ...
@@ -82,6 +86,10 @@ NOISE_IN_FIT = 0.05
 LEAST_STIFFNESS = -0.95
 LARGEST_STIFFNESS = 2.0
 LAG_TOLERANCE = 0.3
+DAMPING_DEVIATIONS = 2.0
+"""Deviations of the damping within which an error of time is put down to it, if in doubt."""
+STAYS_LATENCY = 0.8
+"""Share of these limits below which what was a latency is one no more."""
 LATENCY_WITHOUT_LAG = 5e-4
 TINY = 1e-30
 
@@ -118,8 +126,9 @@ PARAMETERS = declare(
         "latency_tolerance",
         -1.0,
         "s",
-        "Standard deviation of T_f_hat; 0: the sensor is right and the damping is wrong; -1: 0.3 T_f_hat, "
-        "or 0.5 ms without lag. In doubt -1, after commissioning its deviation",
+        "Standard deviation of T_f_hat; 0: the sensor is right and the damping is wrong; 0.3 T_f_hat: the "
+        "damping is right; -1: the damping is wrong where damping_tolerance explains what is seen, else the "
+        "sensor. In doubt -1, after commissioning its deviation",
     ),
     parameter(
         "stiffness_tolerance",
@@ -132,7 +141,7 @@ PARAMETERS = declare(
         "damping_tolerance",
         0.2,
         "1",
-        "Standard deviation of the contact damping, as a share. In doubt 0.2",
+        "Standard deviation of the logarithm of the contact damping. In doubt 0.2",
         minimum=0.0,
     ),
     parameter(
@@ -243,12 +252,14 @@ MEMORY = declare(
     vector(sampled(state("A", "N", "y_a after the slow prefilter"), hidden=True), 4),
     _hidden("1", kappa_s="Slow stiffness error", P_kk="Its variance"),
     _hidden(
-        "s", epsilon="Latency error", adopted="Latency error that is adopted", P_ke="Covariance with kappa_s"
+        "s", epsilon="Error of time", adopted="Error of time that is adopted", P_ke="Covariance with kappa_s"
     ),
+    _hidden("s", latency="Part of it that is put down to the sensor"),
+    _hidden("1", is_latency="1 where the damping does not explain epsilon"),
     _hidden("s2", P_ee="Variance of epsilon"),
     _hidden("N2", unexplained="Mean square of the slow residual", explained="Mean square of the slow y_a"),
     _hidden("1", cycles="Cycles of the prior since the start", is_adopted="1 if a latency is adopted"),
-    _hidden("m", x_t="Sensitivity of the motion to epsilon, per s", e="Error of the motion to be undone"),
+    _hidden("m", x_t="Sensitivity of the motion to a latency, per s", e="Error of the motion to be undone"),
     _hidden("m/s", v_t="Rate of x_t", der_e="Rate of e"),
     vector(sampled(state("F_fast", "N", "f_mea after the fast prefilter, and its rate"), hidden=True), 2),
     vector(sampled(state("A_fast", "N", "y_a after the fast prefilter, and its rate"), hidden=True), 2),
@@ -269,13 +280,19 @@ MEMORY = declare(
 
 
 class Prior(NamedTuple):
-    """What is believed before the run; w_1 [rad/s], t_s [s], k [N/m], variances, w_T = latency_share [1]."""
+    """
+    What is believed before the run; w_1 [rad/s], t_s [s], k [N/m], variances, w_T = latency_share [1].
+
+    `least` and `most` [s]: errors of time between which, in doubt, the damping explains them.
+    """
 
     w_1: Any
     t_s: Any
     k: Any
     latency_variance: Any
     latency_share: Any
+    least: Any
+    most: Any
 
 
 class Estimate(NamedTuple):
@@ -310,7 +327,10 @@ def prior(p: Any, m: Arithmetic) -> Prior:
     latency = m.where(p.latency_tolerance < 0.0, automatic, p.latency_tolerance)
     damping = p.damping_tolerance * t_s
     variance = latency * latency + damping * damping
-    return Prior(w_1, t_s, k, variance, latency * latency / (variance + TINY))
+    factor = m.exp(DAMPING_DEVIATIONS * p.damping_tolerance)
+    least = t_s * (1.0 / factor - 1.0)
+    most = t_s * (factor - 1.0)
+    return Prior(w_1, t_s, k, variance, latency * latency / (variance + TINY), least, most)
 
 
 def estimated(old: Estimate, h: Regressors, z: Any, R: Any) -> Estimate:
@@ -386,6 +406,7 @@ class Robust(Model):
             **{"P_hh": p.plant_lag_tolerance * p.plant_lag_tolerance},
             **{"low_variance": (u.f_mea + y_0) * (u.f_mea + y_0), "high_variance": 0.0},
             **dict.fromkeys(("kappa_s", "epsilon", "adopted", "P_ke", "cycles", "is_adopted", "kappa"), 0.0),
+            **{"latency": 0.0, "is_latency": 0.0},
             **dict.fromkeys(("x_t", "v_t", "e", "der_e", "innovation", "g", "h", "P_gh", "has_started"), 0.0),
         }
 
@@ -402,8 +423,8 @@ class Robust(Model):
         residual = f_l + (1.0 + kappa) * y_l + (eps - kappa * known.t_s) * der_y_l
         bands, less_noise = _without_noise(x, residual, noise, slow["explained"], p, m)
         r = m.where(p.adapts, less_noise, residual)
-        undone, f_e = _undone(x, eps - x.adopted, der_y_l, kappa, known, p)
-        damping = (1.0 - known.latency_share) * eps - kappa * known.t_s
+        undone, f_e = _undone(x, slow["latency"] - x.latency, der_y_l, kappa, known, p)
+        damping = eps - slow["latency"] - kappa * known.t_s
         is_halved = m.both(p.half_first_force, x.has_started == 0.0)
         ahead = y_d + p.force_delay * der_y_d
         f_comp = m.where(is_halved, 0.5, 1.0) * (r - (1.0 + kappa) * ahead - damping * der_y_d + f_e)
@@ -446,7 +467,7 @@ def _noise(x: Any, u: Any, p: Any, m: Arithmetic) -> Any:
 
 
 def _latency(x: Any, f: Any, y_a: Any, noise: Any, known: Prior, p: Any, m: Arithmetic) -> tuple[Values, Any]:
-    """Return the memory of the slow identification, and the latency error [s] that is adopted."""
+    """Return the memory of the slow identification, and the error of time [s] that is adopted."""
     T = p.sample_time
     share = 1.0 - m.exp(-p.slow_prefilter * known.w_1 * T)
     F = four_poles(x.F, f, share)
@@ -471,11 +492,17 @@ def _latency(x: Any, f: Any, y_a: Any, noise: Any, known: Prior, p: Any, m: Arit
     adopts = m.both(p.adapts, m.both(m.both(cycles > p.wait_cycles, fits), is_significant))
     rate = m.where(adopts, w / ADOPTION_CYCLES, w / RELEASE_CYCLES)
     adopted = x.adopted + rate * (m.where(adopts, new.second, 0.0) - x.adopted)
+    limit = m.where(new.second > 0.0, known.most, known.least)
+    limit = limit * m.where(x.is_latency > 0.5, STAYS_LATENCY, 1.0)
+    is_latency = m.where(new.second * new.second > limit * limit, 1.0, 0.0)
+    share = m.where(p.latency_tolerance < 0.0, is_latency, known.latency_share)
+    latency = x.latency + rate * (m.where(adopts, share * new.second, 0.0) - x.latency)
     memory = {
         **{"F": F, "A": A, "kappa_s": new.first, "epsilon": new.second},
         **{"P_kk": new.P_11, "P_ke": new.P_12, "P_ee": new.P_22},
         **{"unexplained": unexplained, "explained": explained, "cycles": cycles},
         **{"adopted": adopted, "is_adopted": m.where(adopts, 1.0, 0.0)},
+        **{"latency": latency, "is_latency": is_latency},
     }
     return memory, adopted
 
@@ -543,7 +570,7 @@ def _undone(x: Any, change: Any, der_y_l: Any, kappa: Any, known: Prior, p: Any)
     w = 1.0 / p.retro_time
     pull = w * w * e + 2.0 * w * der_e
     f_e = p.m_s * pull - k * e - c * der_e
-    v_t = x.v_t + T * (known.latency_share * der_y_l - k * x.x_t - c * x.v_t) / p.m_s
+    v_t = x.v_t + T * (der_y_l - k * x.x_t - c * x.v_t) / p.m_s
     der_e = der_e - T * pull
     memory = {"x_t": x.x_t + T * v_t, "v_t": v_t, "e": e + T * der_e, "der_e": der_e}
     return memory, f_e

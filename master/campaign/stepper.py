@@ -14,8 +14,8 @@ from threadpoolctl import threadpool_limits
 from master.errors import ConfigError, FmuError, MasterError
 from master.experiment.experiment import Experiment
 from master.recording.recorder import Result
-from master.stepping.kept import KeptSystem
-from master.stepping.outcome import DIVERGED, FAILED, Outcome, RunOptions
+from master.runs.kept_runs import KeptRuns
+from master.stepping.outcome import DIVERGED, FAILED
 
 from .measures import Function, load_function, measured, metrics
 from .plan import Plan
@@ -66,8 +66,7 @@ class Stepper:
         self.is_spent = False
         self._plan = plan
         self._systems = Systems(plan.varied)
-        self._kept: KeptSystem | None = None
-        self._kept_for: Experiment | None = None
+        self._runs = KeptRuns()
         self._functions = _functions(plan)
 
     def row(self, run: int, more: Mapping[str, Any] | None = None) -> Row:
@@ -82,11 +81,12 @@ class Stepper:
         values = {**self._plan.values(run), **(more or {})}
         try:
             experiment = self._systems.experiment(values)
-            outcome = self._outcome(experiment)
+            outcome = self._runs.run(experiment)
+            self.is_spent = self._runs.is_spent
         except MasterError as error:  # of this run alone
             text = "; ".join(error.problems) if isinstance(error, ConfigError) else str(error)
             if isinstance(error, FmuError):
-                self.is_spent = self._kept is not None and self._kept.is_spent
+                self.is_spent = self._runs.is_spent
             return Row(run, FAILED, text, time.perf_counter() - began, values=values)
         numbers, faults = self._numbers(experiment, outcome.result)
         said = [outcome.cause, "" if outcome.error is None else str(outcome.error), *faults]
@@ -105,26 +105,7 @@ class Stepper:
 
     def close(self) -> None:
         """End the FMUs."""
-        if self._kept is not None and not self.is_spent:
-            self._kept.close()
-
-    def _outcome(self, experiment: Experiment) -> Outcome:
-        kept = self._kept
-        if kept is None or self._kept_for is None or not _is_alike(self._kept_for, experiment):
-            if kept is not None:
-                kept.close()
-            kept = KeptSystem(experiment.schedule)
-            self._kept = kept
-            self._kept_for = experiment
-        options = RunOptions(
-            limits=experiment.limits,
-            compared=experiment.compared,
-            scenario=experiment.scenario,
-            inputs=experiment.inputs,
-        )
-        outcome = kept.run(experiment.system, experiment.grid, options)
-        self.is_spent = kept.is_spent
-        return outcome
+        self._runs.close()
 
     def _numbers(self, experiment: Experiment, result: Result) -> tuple[dict[str, float | None], list[str]]:
         """Compute metrics and measures, and say which function of the user failed."""
@@ -145,16 +126,6 @@ def _kept(result: Result, signals: Mapping[str, int]) -> dict[str, NDArray[np.fl
     """Return each n-th row of the signals that a run has: another method or model may have others."""
     known = set(result.names)
     return {name: result[name][::every].copy() for name, every in signals.items() if name in known}
-
-
-def _is_alike(one: Experiment, other: Experiment) -> bool:
-    """Whether two systems differ in values alone, so that the same FMUs and program serve both."""
-    if one.schedule is other.schedule and one.system.wires is other.system.wires:
-        return True
-    files = [
-        [(name, i.description.path, i.every) for name, i in e.system.instances.items()] for e in (one, other)
-    ]
-    return files[0] == files[1] and (one.schedule, one.system.wires) == (other.schedule, other.system.wires)
 
 
 def _functions(plan: Plan) -> dict[str, Function]:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from concurrent.futures import as_completed
-from dataclasses import dataclass
+from contextlib import closing
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,16 +16,18 @@ from master.api import prepare_to_run
 from master.catalogue import Progress, silent
 from master.errors import ConfigError
 from master.experiment.experiment import Experiment
+from master.fmi.description import Description
 from master.process.workers import workers
-from master.stepping.outcome import COMPLETED, DIVERGED, RunOptions
-from master.stepping.simulate import simulate
+from master.runs.kept_runs import KeptRuns
+from master.stepping.outcome import COMPLETED, DIVERGED
 from master.system.config import Config, LoadedConfig
+from master.system.graph import with_values
 from master.text.validation import validate
 from master.text.yaml_lines import Document
 
 from .cells import Cell
 from .methods import Method
-from .systems import Base, system
+from .systems import Base, seeds, system
 
 LARGEST = 10.0
 """Motion in terms of the largest one of the reference beyond which a run has diverged."""
@@ -39,6 +42,15 @@ class Task:
     cell: Cell
     method: Method
     seeds: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Run:
+    """How a run ended, and the NRMSE [%] of displacement and reproduced motion if it completed."""
+
+    status: str
+    s_des: float = math.nan
+    s_act: float = math.nan
 
 
 @dataclass(frozen=True)
@@ -104,6 +116,7 @@ def check(work: Sequence[Task], progress: Progress = silent) -> None:
     Raises:
         ConfigError: With the faults of the cells.
     """
+    judge = Judge()
     problems: list[str] = []
     seen: set[tuple[str, str]] = set()
     for task in work:
@@ -112,7 +125,7 @@ def check(work: Sequence[Task], progress: Progress = silent) -> None:
             continue
         seen |= keys
         try:
-            _prepared(task, task.seeds[0], progress)
+            judge.prepared(task, task.seeds[0], progress)
         except ConfigError as error:
             problems += [f"cells.{task.cell_name} in {task.base.stem}: {text}" for text in error.problems]
     if problems:
@@ -120,60 +133,105 @@ def check(work: Sequence[Task], progress: Progress = silent) -> None:
 
 
 def compare(work: Sequence[Task], done: Callable[[int], None], processes: int) -> list[Score]:
-    """Make all runs; `done` is told how many tasks have ended. Scores are in the order of the work."""
-    if processes <= 1 or len(work) == 1:
-        scores = []
-        for task in work:
-            scores.append(score(task))
-            done(1)
-        return scores
-    with workers(min(processes, len(work)), "spawn") as pool:
-        futures = {pool.submit(score, task): i for i, task in enumerate(work)}
-        found: dict[int, Score] = {}
+    """
+    Make all runs; `done` is told how many tasks have ended. Scores are in the order of the work.
+
+    What has the same FMUs goes to the same process, which keeps them loaded: a method in a configuration.
+    """
+    groups: dict[tuple[Path, str], list[int]] = {}
+    for i, task in enumerate(work):
+        groups.setdefault((task.base, task.method.name), []).append(i)
+    found: dict[int, Score] = {}
+    if processes <= 1 or len(groups) == 1:
+        for places in groups.values():
+            with closing(Judge()) as judge:
+                for i in places:
+                    found[i] = judge.score(work[i])
+                    done(1)
+        return [found[i] for i in range(len(work))]
+    with workers(min(processes, len(groups)), "spawn") as pool:
+        futures = {pool.submit(scores, [work[i] for i in g]): g for g in groups.values()}
         for future in as_completed(futures):
-            found[futures[future]] = future.result()
-            done(1)
+            places = futures[future]
+            found |= dict(zip(places, future.result(), strict=True))
+            done(len(places))
     return [found[i] for i in range(len(work))]
 
 
-def score(task: Task) -> Score:
-    """Run a task in this process."""
-    runs = [_run(task, seed) for seed in task.seeds]
-    statuses = {status for status, _, _ in runs}
-    bad = DIVERGED if DIVERGED in statuses else next(iter(sorted(statuses - {COMPLETED})), None)
-    names = task.base.stem, task.cell_name, task.method.name
-    if bad is not None:
-        return Score(*names, None, None, bad)
-    return Score(*names, max(s for _, s, _ in runs), max(s for _, _, s in runs), COMPLETED)
+def scores(work: Sequence[Task]) -> list[Score]:
+    """Run tasks in this process, one after the other."""
+    with closing(Judge()) as judge:
+        return [judge.score(task) for task in work]
 
 
-def _prepared(task: Task, seed: int, progress: Progress = silent) -> Experiment:
-    document = Document(task.base, system(Base(task.base), task.cell, task.method, seed))
-    found = validate(Config, document, "system")
-    if found.model is None:
-        raise ConfigError(found.problems)
-    return prepare_to_run(LoadedConfig(found.model, found.document, found.problems), progress=progress)
+class Judge:
+    """Prepares runs, makes them and judges them; what runs share is read and loaded once."""
 
+    def __init__(self) -> None:
+        self._runs = KeptRuns()
+        self._bases: dict[Path, Base] = {}
+        self._descriptions: dict[str, Description] = {}
 
-def _run(task: Task, seed: int) -> tuple[str, float, float]:
-    """Return status and NRMSE [%] of signal and reproduced motion."""
-    experiment = _prepared(task, seed)
-    judged = experiment.compare
-    assert judged is not None
-    options = RunOptions(
-        limits=experiment.limits,
-        compared=experiment.compared,
-        scenario=experiment.scenario,
-        inputs=experiment.inputs,
-    )
-    outcome = simulate(experiment.system, experiment.schedule, experiment.grid, options=options)
-    if outcome.status != COMPLETED:
-        return outcome.status, math.nan, math.nan
-    result = outcome.result
-    reference = result[str(judged.reference)]
-    size = np.sqrt(np.mean(reference**2))
-    motions = [result[str(name)] for name in (judged.signal, judged.reproduced)]
-    if np.max(np.abs(motions)) > LARGEST * np.max(np.abs(reference)):
-        return DIVERGED, math.nan, math.nan
-    errors = [100.0 * float(np.sqrt(np.mean((motion - reference) ** 2)) / size) for motion in motions]
-    return outcome.status, errors[0], errors[1]
+    def score(self, task: Task) -> Score:
+        """Run a task, with all its seeds."""
+        first = self.prepared(task, task.seeds[0])
+        runs = [self._run(self._seeded(task, first, seed)) for seed in task.seeds]
+        statuses = {run.status for run in runs}
+        bad = DIVERGED if DIVERGED in statuses else next(iter(sorted(statuses - {COMPLETED})), None)
+        names = task.base.stem, task.cell_name, task.method.name
+        if bad is not None:
+            return Score(*names, None, None, bad)
+        return Score(*names, max(run.s_des for run in runs), max(run.s_act for run in runs), COMPLETED)
+
+    def close(self) -> None:
+        """End the FMUs."""
+        self._runs.close()
+
+    def prepared(self, task: Task, seed: int, progress: Progress = silent) -> Experiment:
+        """
+        Prepare a run of a task.
+
+        Raises:
+            ConfigError: With what is wrong in the cell.
+        """
+        document = Document(task.base, system(self._base(task.base), task.cell, task.method, seed))
+        found = validate(Config, document, "system")
+        if found.model is None:
+            raise ConfigError(found.problems)
+        loaded = LoadedConfig(found.model, found.document, found.problems)
+        sources = {name: entry.source for name, entry in found.model.fmus.items()}
+        read = self._descriptions
+        known = {name: read[source] for name, source in sources.items() if source in read}
+        experiment = prepare_to_run(loaded, progress=progress, given=known)
+        for name, source in sources.items():
+            read[source] = experiment.system.instances[name].description
+        return experiment
+
+    def _base(self, path: Path) -> Base:
+        if path not in self._bases:
+            self._bases[path] = Base(path)
+        return self._bases[path]
+
+    def _seeded(self, task: Task, first: Experiment, seed: int) -> Experiment:
+        """Return a run that was prepared with another seed; events have seeds that are no values."""
+        if seed == task.seeds[0]:
+            return first
+        if task.cell.events:
+            return self.prepared(task, seed)
+        values = seeds(self._base(task.base), task.cell, seed)
+        return replace(first, system=with_values(first.system, values))
+
+    def _run(self, experiment: Experiment) -> Run:
+        judged = experiment.compare
+        assert judged is not None
+        outcome = self._runs.run(experiment)
+        if outcome.status != COMPLETED:
+            return Run(outcome.status)
+        result = outcome.result
+        reference = result[str(judged.reference)]
+        size = np.sqrt(np.mean(reference**2))
+        motions = [result[str(name)] for name in (judged.signal, judged.reproduced)]
+        if np.max(np.abs(motions)) > LARGEST * np.max(np.abs(reference)):
+            return Run(DIVERGED)
+        s_des, s_act = (100.0 * float(np.sqrt(np.mean((s - reference) ** 2)) / size) for s in motions)
+        return Run(COMPLETED, s_des, s_act)

@@ -18,6 +18,7 @@ from .methods import PAPER, Method
 SPACECRAFT = "spacecraft"
 PLANT = "motion_simulator_linear"
 SENSOR = "force_sensor"
+DISPLACEMENT_SENSOR = "displacement_sensor"
 NOISE_SEED = 1_000_000
 """Added to the seed of the force, for the noise of the displacement."""
 
@@ -101,7 +102,6 @@ def system(base: Base, cell: Cell, method: Method, seed: int) -> dict[str, Any]:
             )
         fmus[instance]["source"] = source
     _parameters(fmus[base.spacecraft])["integrator"] = "leapfrog"
-    _parameters(fmus[base.sensor])["seed"] = seed
     for signal, value in cell.set.items():
         instance, _, name = signal.partition(".")
         if instance not in fmus:
@@ -111,10 +111,21 @@ def system(base: Base, cell: Cell, method: Method, seed: int) -> dict[str, Any]:
         seeded = [{**event, "seed": seed} if "jitter" in event else event for event in cell.events]
         made["events"] = [*(made.get("events") or []), *seeded]
     if cell.s_act_noise > 0.0:
-        _put_noise(made, base, cell.s_act_noise, seed)
+        _put_noise(made, base, cell.s_act_noise)
+    for signal, value in seeds(base, cell, seed).items():
+        instance, _, name = signal.partition(".")
+        _parameters(fmus[instance])[name] = value
     if cell.stop_time is not None:
         made["stop_time"] = cell.stop_time
     return dict(made)
+
+
+def seeds(base: Base, cell: Cell, seed: int) -> dict[str, int]:
+    """Return the seeds of the instances that make noise, `instance.variable` to value."""
+    found = {f"{base.sensor}.seed": seed}
+    if cell.s_act_noise > 0.0:
+        found[f"{DISPLACEMENT_SENSOR}.seed"] = NOISE_SEED + seed
+    return found
 
 
 def _parameters(entry: dict[str, Any]) -> dict[str, Any]:
@@ -142,13 +153,10 @@ def put_method(made: dict[str, Any], base: Base, cell: Cell, method: Method) -> 
     made["compare"] = {k: new if v == old else v for k, v in made["compare"].items()}
 
 
-def _put_noise(made: dict[str, Any], base: Base, sigma: float, seed: int) -> None:
+def _put_noise(made: dict[str, Any], base: Base, sigma: float) -> None:
     """Put white noise between the displacement and the compensator: a force sensor without lag makes it."""
-    name = "displacement_sensor"
-    made["fmus"][name] = {
-        "source": SENSOR,
-        "parameters": {"T_f": 0.0, "sigma": sigma, "seed": NOISE_SEED + seed},
-    }
+    name = DISPLACEMENT_SENSOR
+    made["fmus"][name] = {"source": SENSOR, "parameters": {"T_f": 0.0, "sigma": sigma}}
     measured = f"{base.plant}.s_act"
     for wire in list(made["connections"]):
         if wire["from"] == measured and wire["to"] == f"{base.compensator}.s_act":

@@ -16,6 +16,8 @@ T = 1e-3
 W = 2.0 * math.pi * 0.87
 CONTACT = {"m_e": 100.0, "k_m": 139_200.0, "c_m": 136.1, "k_p": 37_760.0, "c_p": 97.3}
 STIFFNESS = CONTACT["k_m"] * CONTACT["k_p"] / (CONTACT["k_m"] + CONTACT["k_p"])
+LOSS = 2.2356e-3
+"""t_s of this contact [s], by hand: 136.1/139200 + 97.3/37760 - 233.4/176960."""
 AMPLITUDE = 0.005
 
 
@@ -26,6 +28,7 @@ class Heard:
     force: np.ndarray
     ideal: np.ndarray
     adopted: float
+    latency: float
     kappa: float
 
     def error(self, first: float) -> float:
@@ -66,7 +69,7 @@ def heard(seconds=4.0, late=0.04, T_f=0.01, scale=None, sigma=0.0, **values):
         instance.step(k * T, T)
         force.append(instance["f_comp"])
     ideal = restoring_force(s_des, true, 0.0)
-    return Heard(np.array(force), ideal, instance["adopted"], instance["kappa"])
+    return Heard(np.array(force), ideal, instance["adopted"], instance["latency"], instance["kappa"])
 
 
 def test_with_the_right_models_it_gives_the_force_of_the_desired_motion_from_the_start():
@@ -98,10 +101,31 @@ def test_with_the_sensor_trusted_a_wrong_damping_is_part_of_the_force(factor):
 
     trusted = heard(scale=scale, latency_tolerance=0.0)
 
-    k_m, c_m, k_p, c_p = (CONTACT[name] for name in ("k_m", "c_m", "k_p", "c_p"))
-    loss = c_m / k_m + c_p / k_p - (c_m + c_p) / (k_m + k_p)
-    assert trusted.adopted == pytest.approx((factor - 1.0) * loss, rel=0.06)
+    assert trusted.adopted == pytest.approx((factor - 1.0) * LOSS, rel=0.06)
     assert trusted.error(3.0) < 2e-3
+
+
+@pytest.mark.parametrize("factor", [0.7, 1.3])
+def test_in_doubt_an_error_of_time_that_the_damping_explains_is_damping(factor):
+    found = heard(1.8, scale={"c_m": factor, "c_p": factor})
+
+    assert found.latency == 0.0
+    assert found.adopted == pytest.approx((factor - 1.0) * LOSS, rel=0.05)
+
+
+def test_in_doubt_an_error_of_time_beyond_two_deviations_of_the_damping_is_a_latency():
+    """By hand: t_s = 2.23 ms, exp(-0.4) - 1 = -0.33: -0.74 ms is the least that damping explains."""
+    within, beyond = heard(1.8, T_f=0.0105), heard(1.8, T_f=0.011)
+
+    assert within.latency == 0.0
+    assert beyond.latency == pytest.approx(-1e-3, abs=1e-4)
+
+
+def test_a_declared_tolerance_shares_an_error_of_time_by_the_variances():
+    """By hand: 0.5 ms of the sensor, 0.2 t_s = 0.447 ms of the damping: w_T = 0.556."""
+    found = heard(1.8, scale={"c_m": 1.3, "c_p": 1.3}, latency_tolerance=5e-4)
+
+    assert found.latency / found.adopted == pytest.approx(0.556, abs=0.001)
 
 
 def test_with_all_tolerances_zero_nothing_is_adopted():

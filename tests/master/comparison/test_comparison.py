@@ -11,7 +11,7 @@ from click.testing import CliRunner
 from master.api import prepare_to_run
 from master.cli import main
 from master.comparison.cells import Cell, read_cells
-from master.comparison.compare import Score, Task, score, tasks
+from master.comparison.compare import Score, Task, scores, tasks
 from master.comparison.methods import all_methods, chosen
 from master.comparison.page import shown, write_page
 from master.comparison.systems import Base, system
@@ -138,7 +138,7 @@ def test_the_score_is_the_worst_of_the_seeds_against_the_reference(tmp_path):
                 for name in ("spacecraft.s_des", "motion_simulator.s_act")
             ]
         )
-    found = score(Task(E2, "noisy", cell, method, (1, 2)))
+    [found] = scores([Task(E2, "noisy", cell, method, (1, 2))])
 
     assert (found.s_des, found.s_act) == pytest.approx(tuple(np.max(errors, axis=0)))
     assert errors[0] != errors[1]
@@ -146,11 +146,31 @@ def test_the_score_is_the_worst_of_the_seeds_against_the_reference(tmp_path):
 
 def test_a_run_that_diverges_is_a_status_and_no_number():
     cell = Cell()
-    found = score(
-        Task(CONFIG_FOLDER / "high_frequency.yaml", "nominal", cell, all_methods()["cr_inverse"], (1,))
-    )
+    task = Task(CONFIG_FOLDER / "high_frequency.yaml", "nominal", cell, all_methods()["cr_inverse"], (1,))
+    [found] = scores([task])
 
     assert (found.status, found.s_des, found.s_act, shown(found)) == ("diverged", None, None, "diverged")
+
+
+def test_fmus_that_stay_loaded_change_no_score():
+    """Cells with other seeds, values, wires and models, one after the other, and each alone in new FMUs."""
+    cells = {
+        "jitter": {**SHORT, "events": [{"at": 0, "jitter": {"compensator.f_mea": 2}}]},
+        "noise": {**SHORT, "s_act_noise": 2e-5, "set": {"force_sensor.sigma": 5.0}},
+        "rope": {
+            **SHORT,
+            "laws": {"contact": "docking_contact__rope_force_slack"},
+            "set": {"contact.rope_force_slack_limit": 0.001},
+        },
+        "believed": {**SHORT, "prior": {"k": 0.8}},
+    }
+    method = all_methods()["robust"]
+    work = [Task(E2, name, Cell.model_validate(cell), method, (1, 2)) for name, cell in cells.items()]
+
+    alone = [scores([task])[0] for task in work]
+
+    assert scores([*work, *work]) == [*alone, *alone]
+    assert len({score.s_des for score in alone}) == len(cells)
 
 
 def test_the_command_prints_one_object_and_writes_the_page(tmp_path):
