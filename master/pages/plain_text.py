@@ -25,13 +25,16 @@ def as_written(figure: Any) -> Any:
 
 
 def _written(artist: Any) -> Iterator[Any]:
-    """Texts of an artist but for those at the ticks, which are made when they are asked for."""
+    """Texts of an artist but for numbers at the axes, which are made when they are asked for."""
     from matplotlib.axis import Axis
     from matplotlib.text import Text
+    from matplotlib.ticker import LogFormatter, ScalarFormatter
 
     for child in artist.get_children():
         if isinstance(child, Axis):
             yield child.label
+            if not isinstance(child.get_major_formatter(), LogFormatter | ScalarFormatter):
+                yield from child.get_ticklabels()
         else:
             if isinstance(child, Text):
                 yield child
