@@ -28,6 +28,8 @@ def main() -> None:
         temporary.make()
         # pydantic would search all installed packages for plug-ins, which takes longer than to check a system
         os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
+        # matrices of a loop are small: threads of numpy's linear algebra would only wait for each other
+        os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
         _give_matplotlib_a_place()
         from .cli import main as command
 

@@ -7,9 +7,11 @@ from pathlib import Path
 
 import pytest
 
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before numpy, as the command has it
+
 PROJECT = Path(__file__).parents[1]
 SLOW = PROJECT / "tests" / "systems"
-NOT_MEASURED = [  # Python models and runs alike, whose lines others cover; work in child processes
+NOT_MEASURED = [  # Python models and runs alike, whose lines others cover
     PROJECT / "tests" / name
     for name in (
         "fmu_sources/export/native",

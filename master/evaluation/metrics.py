@@ -10,7 +10,8 @@ The numbers that a run is judged by.
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -20,11 +21,10 @@ from threadpoolctl import ThreadpoolController
 from master.recording.recorder import Result
 from master.system.config import Compare
 
-from .modes import Mode, dominant_mode, dominant_of, modes, project
+from .modes import Mode, Projection, dominant_mode, dominant_of, poles_of
 
 Metrics = dict[str, float | None]
 Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
 
 NAMES = (
     "zeta",
@@ -58,11 +58,11 @@ def _blas() -> ThreadpoolController:
 
 def _computed(result: Result, compare: Compare) -> Metrics:
     found: Metrics = dict.fromkeys(NAMES)
-    result = _finite_rows(result, compare)
-    if len(result.time) < 8:
+    columns = _finite_columns(result, compare)
+    signal = columns[compare.signal]
+    if len(signal) < 8:
         return found
     step = float(result.time[1] - result.time[0])
-    signal = result[compare.signal]
     mode = dominant_mode(signal, step)
     if mode is not None:
         found |= {
@@ -71,43 +71,58 @@ def _computed(result: Result, compare: Compare) -> Metrics:
             "growth_per_cycle": mode.growth_per_cycle,
         }
     if compare.reference is not None:
-        reference = result[compare.reference]
-        found |= _against_reference(result, compare, reference, step)
+        found |= _against_reference(columns, compare, columns[compare.reference], step)
     return {name: _finite(value) for name, value in found.items()}
 
 
-def _finite_rows(result: Result, compare: Compare) -> Result:
-    """Leave out what follows the first value that is not finite: a run that diverged ends with one."""
+def _finite_columns(result: Result, compare: Compare) -> dict[str, Floats]:
+    """
+    Return what is compared, by signal, shape (rows,), each by itself in memory: it is gone over many times.
+
+    Without what follows the first value that is not finite: a run that diverged ends with one.
+    """
     named = [n for n in (compare.signal, compare.reproduced, compare.reference) if n is not None]
-    finite = np.all([np.isfinite(result[n]) for n in named], axis=0)
+    columns = {n: np.ascontiguousarray(result[n]) for n in named}
+    finite = np.all([np.isfinite(column) for column in columns.values()], axis=0)
     n = len(finite) if finite.all() else int(np.argmin(finite))
-    return replace(result, time=result.time[:n], values=result.values[:n])
+    return {name: column[:n] for name, column in columns.items()}
 
 
-def _against_reference(result: Result, compare: Compare, reference: Floats, step: float) -> Metrics:
-    found: Metrics = {"rms_s_des": _rms(result[compare.signal] - reference) / compare.offset}
-    poles, amplitudes = _modes_of_reference(np.ascontiguousarray(reference).tobytes(), step)
-    mode = dominant_of(poles, amplitudes, len(reference) * step)
+def _against_reference(
+    columns: Mapping[str, Floats], compare: Compare, reference: Floats, step: float
+) -> Metrics:
+    found: Metrics = {"rms_s_des": _rms(columns[compare.signal] - reference) / compare.offset}
+    known = _reference(reference.tobytes(), step)
+    mode = known.mode
     if mode is not None:
         found |= {"zeta_reference": mode.zeta, "frequency_reference": mode.frequency}
     if compare.reproduced is not None:
-        reproduced = result[compare.reproduced]
+        reproduced = columns[compare.reproduced]
         found["rms_s_act"] = _rms(reproduced - reference) / compare.offset
         if mode is not None:
-            found["phase_deg"] = _phase_deg(reproduced, poles, amplitudes, mode, step)
+            ratio = known.projection.amplitudes(reproduced)[known.place] / mode.amplitude
+            found["phase_deg"] = math.degrees(math.atan2(ratio.imag, ratio.real))
     return found
 
 
+@dataclass(frozen=True)
+class _Reference:
+    """The dominant mode of a reference, its place among the poles, and the projection on all of them."""
+
+    mode: Mode | None
+    place: int
+    projection: Projection
+
+
 @lru_cache(maxsize=4)
-def _modes_of_reference(values: bytes, step: float) -> tuple[Complexes, Complexes]:
-    """Poles and amplitudes of a signal; that of many runs of a campaign is the same."""
-    return modes(np.frombuffer(values), step)
-
-
-def _phase_deg(reproduced: Floats, poles: Complexes, amplitudes: Complexes, mode: Mode, step: float) -> float:
-    place = int(np.argmin(np.abs(poles - mode.pole)))
-    ratio = project(reproduced, step, poles)[place] / amplitudes[place]
-    return math.degrees(math.atan2(ratio.imag, ratio.real))
+def _reference(values: bytes, step: float) -> _Reference:
+    """Return what is compared with; that of many runs of a campaign is the same."""
+    y = np.frombuffer(values)
+    poles = poles_of(y, step)
+    projection = Projection(poles, step, len(y))
+    mode = dominant_of(poles, projection.amplitudes(y), len(y) * step)
+    place = 0 if mode is None else int(np.argmin(np.abs(poles - mode.pole)))
+    return _Reference(mode, place, projection)
 
 
 def _rms(values: Floats) -> float:

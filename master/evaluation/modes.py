@@ -10,19 +10,25 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.fft import prev_fast_len
+from scipy.linalg import eigh
 
 Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
 
 _SAMPLES_PER_CYCLE = 12
 _FEWEST_SAMPLES = 300
 _MOST_COLUMNS = 120
 _LARGEST_ORDER = 8
+_SPARE = 3
 _SMALLEST_SINGULAR_VALUE = 1e-10
 _SMALLEST_SHARE = 1e-6
 _LARGEST_CONDITION = 1e8
+_SMALLEST_REST = 1e-3
 
 
 @dataclass(frozen=True)
@@ -57,9 +63,7 @@ def dominant_mode(y: Floats, step: float) -> Mode | None:
     return dominant_of(*modes(y, step), len(y) * step)
 
 
-def dominant_of(
-    poles: NDArray[np.complex128], amplitudes: NDArray[np.complex128], duration: float
-) -> Mode | None:
+def dominant_of(poles: Complexes, amplitudes: Complexes, duration: float) -> Mode | None:
     """Find the oscillating mode with the most energy over a duration [s] among those of a signal."""
     powers = [_energy(s, a, duration) for s, a in zip(poles, amplitudes, strict=True)]
     oscillating = [i for i, s in enumerate(poles) if s.imag * duration > math.pi]
@@ -71,24 +75,36 @@ def dominant_of(
     return Mode(complex(poles[best]), complex(amplitudes[best]))
 
 
-def modes(y: Floats, step: float) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
+def modes(y: Floats, step: float) -> tuple[Complexes, Complexes]:
     """Poles [1/s] and complex amplitudes at the first sample; a conjugate pair counts as two."""
+    poles = poles_of(y, step)
+    return poles, project(y, step, poles)
+
+
+def poles_of(y: Floats, step: float) -> Complexes:
+    """Poles [1/s] of a signal; a conjugate pair counts as two."""
     stride = _stride(y, step)
     short = _low_passed(y, stride)
     z = _pencil(short / (np.max(np.abs(short)) or 1.0))
     z = z[np.abs(z) > 0.0]
-    poles = np.log(z.astype(complex)) / (stride * step)
-    return poles, project(y, step, poles)
+    return np.asarray(np.log(z.astype(complex)) / (stride * step))
 
 
 def _stride(y: Floats, step: float) -> int:
     """Return the largest stride at which the samples still show the strongest oscillation well."""
-    n = np.arange(len(y)) - 0.5 * (len(y) - 1)
-    centred = y - np.mean(y)
-    straight = n * (np.dot(n, centred) / np.dot(n, n))
-    spectrum = np.abs(np.fft.rfft((centred - straight) * _hanning(len(y))))
+    n = prev_fast_len(len(y), real=True)
+    ramp = _ramp(n)
+    centred = y[:n] - np.mean(y[:n])
+    centred -= ramp * (np.dot(ramp, centred) / np.dot(ramp, ramp))
+    centred *= _hanning(n)
+    spectrum = np.abs(np.fft.rfft(centred))
     cycles = max(1, int(np.argmax(spectrum)))
     return max(1, min(len(y) // (_SAMPLES_PER_CYCLE * cycles), len(y) // _FEWEST_SAMPLES))
+
+
+@lru_cache(maxsize=4)
+def _ramp(n: int) -> Floats:
+    return np.asarray(np.arange(n) - 0.5 * (n - 1), dtype=np.float64)
 
 
 @lru_cache(maxsize=4)
@@ -106,54 +122,154 @@ def _low_passed(y: Floats, stride: int) -> Floats:
     """
     if stride == 1:
         return y
-    n = np.arange(-4 * stride, 4 * stride + 1)
-    kernel = np.sinc(0.8 * n / stride) * np.hanning(len(n) + 2)[1:-1]
-    windows = np.lib.stride_tricks.sliding_window_view(y, len(kernel))[::stride]
-    found: Floats = windows @ (kernel / kernel.sum())[::-1]
+    kernel = _low_pass(stride)
+    n_pieces = kernel.shape[1]
+    n_found = (len(y) - (n_pieces - 1) * stride - 1) // stride + 1
+    blocks = np.zeros((n_found + n_pieces - 1, stride))
+    blocks.reshape(-1)[: len(y)] = y[: blocks.size]
+    products = blocks @ kernel  # of each block with each piece of the kernel
+    found = np.zeros(n_found)
+    for piece in range(n_pieces):
+        found += products[piece : piece + n_found, piece]
     return found
 
 
-def project(y: Floats, step: float, poles: NDArray[np.complex128]) -> NDArray[np.complex128]:
+@lru_cache(maxsize=64)
+def _low_pass(stride: int) -> Floats:
+    """Return a windowed sinc over eight strides and a sample in pieces of one, shape (stride, 9)."""
+    n = np.arange(-4 * stride, 4 * stride + 1)
+    kernel = np.sinc(0.8 * n / stride) * np.hanning(len(n) + 2)[1:-1]
+    pieces = np.zeros((9, stride))
+    pieces.reshape(-1)[: len(n)] = kernel / kernel.sum()
+    return np.ascontiguousarray(pieces.T)
+
+
+def project(y: Floats, step: float, poles: Complexes) -> Complexes:
     """Complex amplitudes at the first sample of given poles, least squares."""
-    scale = np.exp(-np.maximum(poles.real, 0.0) * step * (len(y) - 1))
-    basis = _exponentials(poles * step, len(y)) * scale
-    amplitudes = _least_squares(basis, y)
-    amplitudes *= scale
-    return amplitudes
+    return Projection(poles, step, len(y)).amplitudes(y)
 
 
-def _exponentials(exponents: NDArray[np.complex128], n: int) -> NDArray[np.complex128]:
-    """Return exp(k s) for k below n and each s, shape (n, len(s)), by few exponentials and a product each."""
-    width = math.isqrt(n) + 1
-    coarse = np.exp(width * np.arange(-(-n // width))[:, None] * exponents)
-    fine = np.exp(np.arange(width)[:, None] * exponents)
-    return (coarse[:, None, :] * fine).reshape(len(coarse) * width, len(exponents))[:n]
-
-
-def _least_squares(basis: NDArray[np.complex128], y: Floats) -> NDArray[np.complex128]:
+class Projection:
     """
-    Solve a tall system; by normal equations with a step of refinement where they are good enough for that.
+    Least squares of signals of one length by given poles [1/s], sampled every `step` s.
 
-    Their condition is the square of the basis's: refinement makes up for that below the bound here.
+    By normal equations with a step of refinement where they are good enough for that: their condition is
+    the square of the basis's, which refinement makes up for below the bound here.
     """
-    norms = np.sqrt(np.sum(basis.real**2 + basis.imag**2, axis=0))
-    if len(norms) > 0 and np.all(norms > 0.0) and np.all(np.isfinite(norms)):
-        adjoint = basis.conj().T
-        normal = (adjoint @ basis) / np.outer(norms, norms)
-        if np.linalg.cond(normal) < _LARGEST_CONDITION:
-            found = np.linalg.solve(normal, (adjoint @ y) / norms) / norms
-            rest = y - basis @ found
-            return np.asarray(found + np.linalg.solve(normal, (adjoint @ rest) / norms) / norms)
-    return np.asarray(np.linalg.lstsq(basis, y.astype(complex), rcond=None)[0])
+
+    def __init__(self, poles: Complexes, step: float, n: int) -> None:
+        self._basis = _Exponentials(poles * step, n)
+        products = self._basis.products()
+        norms = np.sqrt(np.diagonal(products).real)
+        self._norms = norms
+        self._inverse: Complexes | None = None
+        if len(poles) and np.all(norms > 0.0) and np.all(np.isfinite(norms)):
+            weights, vectors = np.linalg.eigh(products / np.outer(norms, norms))
+            if weights[-1] < _LARGEST_CONDITION * weights[0]:
+                self._inverse = (vectors / weights) @ vectors.conj().T
+
+    def amplitudes(self, y: Floats) -> Complexes:
+        """Complex amplitudes at the first sample of y, shape (n,)."""
+        basis = self._basis
+        if self._inverse is None:
+            found = np.linalg.lstsq(basis.matrix(), y.astype(complex), rcond=None)[0]
+            return np.asarray(found * basis.scale)
+        found = self._solved(y)
+        found += self._solved(y - basis.sum(found))
+        return np.asarray(found * basis.scale)
+
+    def _solved(self, y: NDArray[Any]) -> Complexes:
+        assert self._inverse is not None
+        return np.asarray(self._inverse @ (self._basis.moments(y) / self._norms) / self._norms)
 
 
-def _pencil(y: Floats) -> NDArray[np.complex128]:
+class _Exponentials:
+    """
+    The sequences exp(k s), k below n, of some exponents s; one that grows is scaled to end at size 1.
+
+    Sample k is row k // width and place k % width: an exponential of each is all that is computed, and sums
+    over k are products of small matrices.
+    """
+
+    def __init__(self, exponents: Complexes, n: int) -> None:
+        growth = np.maximum(exponents.real, 0.0) * (n - 1)
+        self.scale = np.exp(-growth)
+        self._exponents = exponents
+        self._growth = growth
+        self._n = n
+        self._width = math.isqrt(n) + 1
+        n_rows = -(-n // self._width)
+        self._coarse = np.exp(self._width * np.arange(n_rows)[:, None] * exponents - growth)
+        self._fine = np.exp(np.arange(self._width)[:, None] * exponents)
+
+    def matrix(self) -> Complexes:
+        """All samples, shape (n, number of exponents)."""
+        samples = self._coarse[:, None, :] * self._fine
+        return np.asarray(samples.reshape(samples.shape[0] * self._width, samples.shape[2])[: self._n])
+
+    def products(self) -> Complexes:
+        """Inner products of all pairs, by the sum of a geometric series taken in the direction it decays."""
+        rates = self._exponents.conj()[:, None] + self._exponents
+        growth = self._growth[:, None] + self._growth
+        grows = rates.real > 0.0
+        largest = np.exp(np.where(grows, (self._n - 1) * rates, 0.0) - growth)
+        falling = np.where(grows, -rates, rates)
+        ratio = np.expm1(falling)
+        is_constant = ratio == 0.0
+        series = np.expm1(self._n * falling) / np.where(is_constant, 1.0, ratio)
+        return np.asarray(largest * np.where(is_constant, self._n, series))
+
+    def moments(self, y: NDArray[Any]) -> Complexes:
+        """Inner product of each sequence with y, shape (n,)."""
+        rows = np.zeros((len(self._coarse), self._width), dtype=y.dtype)
+        rows.reshape(-1)[: self._n] = y
+        return np.asarray(np.sum(self._coarse.conj() * (rows @ self._fine.conj()), axis=0))
+
+    def sum(self, weights: Complexes) -> Complexes:
+        """Weighted sum of all sequences, shape (n,)."""
+        return np.asarray(((self._coarse * weights) @ self._fine.T).reshape(-1)[: self._n])
+
+
+def _pencil(y: Floats) -> Complexes:
     n_columns = min(len(y) // 3, _MOST_COLUMNS)
     hankel = np.lib.stride_tricks.sliding_window_view(y, n_columns + 1)
-    _, singular, right = np.linalg.svd(np.linalg.qr(hankel, mode="r"), full_matrices=False)
+    singular, right = _largest_singular(hankel, _LARGEST_ORDER + _SPARE)
     order = int(np.sum(singular > _SMALLEST_SINGULAR_VALUE * singular[0]))
     v = right[: max(1, min(order, _LARGEST_ORDER))].T
-    return np.linalg.eigvals(np.linalg.lstsq(v[:-1], v[1:], rcond=None)[0]).astype(complex)
+    return np.linalg.eigvals(_shift(v)).astype(complex)
+
+
+def _shift(v: Floats) -> Floats:
+    """
+    Return the matrix that takes all rows but the last to all but the first, least squares.
+
+    The columns are orthonormal, so that the inverse of the products of those without their last row is known.
+    """
+    last = v[-1]
+    rest = 1.0 - np.dot(last, last)
+    if rest < _SMALLEST_REST:
+        return np.asarray(np.linalg.lstsq(v[:-1], v[1:], rcond=None)[0])
+    products = v[:-1].T @ v[1:]
+    return np.asarray(products + np.outer(last / rest, last @ products))
+
+
+def _largest_singular(matrix: Floats, n: int) -> tuple[Floats, Floats]:
+    """
+    Return the n largest singular values and their right vectors, shape (n, columns).
+
+    The eigenvectors of the products of all columns know those above the root of the rounding alone. Their
+    image spans what the matrix itself makes largest, the small ones too; within that they are exact.
+    """
+    columns = np.ascontiguousarray(matrix)
+    n_columns = columns.shape[1]
+    if n >= n_columns:
+        _, singular, right = np.linalg.svd(columns, full_matrices=False)
+        return singular, right
+    chosen = (n_columns - n, n_columns - 1)
+    _, vectors = eigh(columns.T @ columns, subset_by_index=chosen, check_finite=False)
+    span = np.linalg.qr(columns @ vectors[:, ::-1])[0]
+    _, singular, right = np.linalg.svd(span.T @ columns, full_matrices=False)
+    return singular, right
 
 
 def _energy(pole: complex, amplitude: complex, duration: float) -> float:

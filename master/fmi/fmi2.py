@@ -19,7 +19,7 @@ _EXCHANGED = ((Kind.REAL, FLOAT64), (Kind.INTEGER, INT32), (Kind.BOOLEAN, INT_BO
 class Fmi2Slave(FmuSlave):
     """One instance of an FMU 2.0; extracted and loaded on creation."""
 
-    def interface(self) -> CInterface:
+    def _addresses(self) -> CInterface:
         dll = self._fmu.dll
         saves = self.description.can_get_and_set_state
         return CInterface(

@@ -24,7 +24,7 @@ def _kind(value_type: int) -> Kind:
 class Fmi3Slave(FmuSlave):
     """One instance of an FMU 3.0; extracted and loaded on creation."""
 
-    def interface(self) -> CInterface:
+    def _addresses(self) -> CInterface:
         dll = self._fmu.dll
         saves = self.description.can_get_and_set_state
         types = list(enumerate(NAMES))
@@ -74,11 +74,13 @@ class Fmi3Slave(FmuSlave):
     def set(self, variables: Sequence[Variable], values: Sequence[float | str]) -> None:
         """Set variables; an array is set as a whole, once for all of its elements that are given."""
         arrays: dict[str, dict[int, float | str]] = {}
-        for variable, value in zip(variables, values, strict=True):
+        scalars: dict[int, float | str] = {}
+        for i, (variable, value) in enumerate(zip(variables, values, strict=True)):
             if variable.array is None or variable.element is None:
-                super().set([variable], [value])
+                scalars[i] = value
             else:
                 arrays.setdefault(variable.array, {})[variable.element] = value
+        super().set([variables[i] for i in scalars], list(scalars.values()))
         for name, elements in arrays.items():
             self._set_array(self.description.arrays[name], elements)
 
@@ -100,10 +102,12 @@ class Fmi3Slave(FmuSlave):
     def get(self, variables: Sequence[Variable]) -> list[float]:
         """Read variables, each array once."""
         arrays: dict[int, Any] = {}
+        scalars = [v for v in variables if v.element is None]
+        read = iter(super().get(scalars))
         found = []
         for v in variables:
             if v.element is None:
-                found += super().get([v])
+                found.append(next(read))
                 continue
             if v.reference not in arrays:
                 arrays[v.reference] = self._call(self._getter(v), [v.reference], nValues=v.size)

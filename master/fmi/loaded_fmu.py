@@ -6,6 +6,7 @@ import ctypes
 import logging
 import math
 from collections.abc import Callable, Mapping, Sequence
+from itertools import groupby
 from typing import Any
 
 from master.errors import FmuError
@@ -17,6 +18,7 @@ from . import messages, unpacked
 from .description import Description, Kind, Variable
 from .messages import CHANGES_FLOAT_MODE
 from .native.float_mode import restore_float_mode
+from .slave import CInterface
 from .status import Status, described, status_name
 from .value_types import LONG, RANGES, TYPE_RANGES
 from .values import shown
@@ -32,6 +34,7 @@ class FmuSlave:
         self._ends_with_error = False
         self._is_initialised = False
         self._working_folder: str | None = None
+        self._interface: CInterface | None = None
         self._is_harmless = description.keeps_float_mode  # our code changes no folder either
         self._folder = unpacked.acquire(description, unpacked.unpack)
         instantiate = "instantiate" if description.version == 2 else "instantiateCoSimulation"
@@ -52,6 +55,15 @@ class FmuSlave:
             answer = f"{self._full_name(function)} returned no instance"
         return FmuError(self.name, self._explained(answer), time=position.current().time())
 
+    def interface(self) -> CInterface:
+        if self._interface is None:
+            self._interface = self._addresses()
+        return self._interface
+
+    def _addresses(self) -> CInterface:
+        """Look up the library's functions."""
+        raise NotImplementedError
+
     def _instantiate(self) -> Any:
         """Load the library and make an instance; return FMPy's object."""
         raise NotImplementedError
@@ -68,8 +80,13 @@ class FmuSlave:
         raise NotImplementedError
 
     def set(self, variables: Sequence[Variable], values: Sequence[float | str]) -> None:
-        for variable, value in zip(variables, values, strict=True):
-            self._call(self._setter(variable), [variable.reference], [self._taken(variable, value)])
+        """Set variables in their order; neighbours of one type in one call."""
+        taken = zip(variables, values, strict=True)
+        for _, part in groupby(taken, lambda pair: (pair[0].kind, pair[0].value_type)):
+            pairs = list(part)
+            references = [variable.reference for variable, _ in pairs]
+            numbers = [self._taken(variable, value) for variable, value in pairs]
+            self._call(self._setter(pairs[0][0]), references, numbers)
 
     def _taken(self, variable: Variable, value: float | str) -> Any:
         """Turn a double, or a text, into what FMPy's setter takes; FmuError if the type does not hold it."""
@@ -87,10 +104,12 @@ class FmuSlave:
         return number if variable.kind is Kind.REAL else round(number)
 
     def get(self, variables: Sequence[Variable]) -> list[float]:
-        found = []
-        for variable in variables:
-            [value] = self._call(self._getter(variable), [variable.reference])
-            found.append(read_number(variable, value))
+        """Read variables; neighbours of one type in one call."""
+        found: list[float] = []
+        for _, part in groupby(variables, lambda variable: (variable.kind, variable.value_type)):
+            alike = list(part)
+            values = self._call(self._getter(alike[0]), [variable.reference for variable in alike])
+            found += map(read_number, alike, values)
         return found
 
     def set_start_values(self, start: Mapping[str, float | str]) -> None:
@@ -114,6 +133,7 @@ class FmuSlave:
         if self.description.once_per_process:
             self.reset()
             return
+        self._interface = None
         if self._is_initialised and not failed:
             self._end("terminate", self._fmu.terminate)
         free = getattr(self._fmu, f"fmi{self.description.version}FreeInstance")

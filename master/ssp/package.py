@@ -70,7 +70,7 @@ class Archive:
             raise ConfigError([f"{label}: no such file, expected an SSP archive"]) from None
         except _CORRUPT as error:
             raise ConfigError(
-                [f"{label}: not an SSP archive, expected a zip file, got {_said(error)}"]
+                [f"{label}: not an SSP archive ({_said(error)}), expected a zip file"]
             ) from None
         self._entries = self._checked()
 

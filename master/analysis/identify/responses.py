@@ -164,7 +164,7 @@ class Bench:
         system = System({instance.name: instance}, ())
         self.program = build_program(system, schedule, {instance.name: slave})
         places = [self.program.place[Port(instance.name, v).name] for v in question.outputs]
-        self.record = np.array(places, dtype=np.int64)
+        self.monitor = finite_only(np.array(places, dtype=np.int64))
 
     def pulses(self) -> tuple[Floats, float]:
         """Settle, then return the answers to a pulse on each input, and how far they bend."""
@@ -193,10 +193,9 @@ class Bench:
 
     def run(self, begin: int, end: int) -> Floats:
         """Step; return one row of outputs for each step."""
-        rows = np.empty((end - begin, len(self.record)))
+        rows = np.empty((end - begin, len(self.monitor.record)))
         t0, h = self.question.t0, self.question.step_size
-        monitor = finite_only(self.record)
-        ended = execute_ticks(compiled(), self.program, monitor, t0, h, begin, end, rows)
+        ended = execute_ticks(compiled(), self.program, self.monitor, t0, h, begin, end, rows)
         if ended.stop == Stop.DONE:
             return rows
         name, time = self.question.instance.name, t0 + (begin + ended.ticks) * h
