@@ -93,7 +93,8 @@ def by_fit(estimate: StartEstimate, bounds: Bounds) -> Values:
         return np.where(np.isfinite(left), left, DIVERGED)
 
     middle = np.full(len(names), 1.5)
-    found = least_squares(residual, middle, bounds=(1.0, 2.0), diff_step=DIFFERENCE, max_nfev=N_TRIALS)
+    step = np.full(len(names), DIFFERENCE)
+    found = least_squares(residual, middle, bounds=(1.0, 2.0), diff_step=step, max_nfev=N_TRIALS)
     return estimate.with_starts(dict(zip(names, at(found.x).tolist(), strict=True)))
 
 
