@@ -63,7 +63,7 @@ _ANY = "any"
 FOLLOWER = Rig(
     "first_order_follower", {"u": _ANY}, {"y": _ANY}, ("time_constant", "gain", "zero"), states=("y",)
 )
-_RIGS = (
+RIGS = (
     Rig(
         "servo_axis_inverse",
         {"q": "position"},
@@ -116,6 +116,7 @@ _RIGS = (
         {"power": "power"},
         {"temperature": "temperature"},
         ("heat_capacity", "conductance"),
+        set={"ambient": 293.15},
         states=("temperature",),
     ),
     Rig(
@@ -188,7 +189,7 @@ def proposed(columns: Sequence[Told]) -> Proposal | None:
     if len(columns) < 2:
         return None
     best: Proposal | None = None
-    for rig in _RIGS:
+    for rig in RIGS:
         found = _matched(rig, columns)
         if found is not None and (best is None or len(found.columns) > len(best.columns)):
             best = found

@@ -8,9 +8,12 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
+from fmu_sources.composed.registry import load
+from fmu_sources.framework.variables import Role
 from master.cli import main
 from master.diagnosis.case.case import load_case
 from master.diagnosis.data.measured_signals import measured
+from master.diagnosis.data.rig_proposals import FOLLOWER, RIGS
 
 N = 3000
 T = np.arange(N) * 0.002
@@ -148,8 +151,19 @@ def test_a_draft_proposes_the_rig_and_reads_the_recording(kind, tmp_path, monkey
     assert sum(map(len, measured(loaded).values())) > 0.95 * N
 
 
+@pytest.mark.parametrize("rig", [*RIGS, FOLLOWER])
+def test_a_proposal_drives_every_input_and_names_variables_of_its_model(rig):
+    model = load(rig.source)
+    outputs = {v.name for v in model.all_variables if v.output or v.role is Role.OUTPUT}
+
+    assert {*rig.drives, *rig.rates, *rig.set} == set(model.inputs.names)
+    assert set(rig.compared) <= outputs
+    assert set(rig.refit) <= set(model.parameters.names)
+    assert set(rig.states) <= set(model.states.names)
+
+
 @pytest.mark.long
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", ["german_csv.csv", "oven.jsonl", "beam.json", "damper.csv"])
 def test_a_draft_passes_its_check_as_it_is(kind, tmp_path):
     case, _ = drafted(tmp_path, kind)
     done = CliRunner().invoke(main, ["check", str(case)])
