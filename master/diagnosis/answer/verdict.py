@@ -262,6 +262,7 @@ def _channels(part: PartResult) -> dict[str, Any]:
             "adequate": last.is_adequate,
             "colour": last.colour.words,
             "events": list(last.events),
+            "strikes": list(last.strikes),
             "faults": [
                 {"kind": f.kind, "value": f.value, "deviation": f.deviation, "text": str(f)}
                 for f in part.channel_faults

@@ -28,6 +28,7 @@ from master.diagnosis.search.deadline import Deadline, TimeIsUpError
 from master.diagnosis.search.extended_model import ExtendedModel
 from master.diagnosis.search.limits import named_by_limits
 from master.diagnosis.search.rounds import search
+from master.diagnosis.search.several_slots import with_laws_in_several_slots
 from master.diagnosis.search.simplify import with_rewritings
 from master.diagnosis.search.study import Progress, base_parameters, begin
 from master.errors import ConfigError, FmuError
@@ -42,7 +43,7 @@ from .part_result import PartResult
 from .plausible import implausible
 from .refit import refitted
 from .sharp_reversals import with_sharp_reversals
-from .software_fault import is_software, software_fault, ticks_between_rows
+from .software_fault import is_software, software_fault, ticks_between_rows, unknown_rows
 from .stages import REFIT, Stage
 
 N_BLOCKS = 12  # that select
@@ -209,6 +210,9 @@ def _searched(begun: PartResult, system: CutSystem, case: Case, deadline: Deadli
             judge = Judge(study, begun.base.values, begun.base.predicted)
             refit = Stage(REFIT, judge.judge(begun.base.predicted, thorough=False))
             return replace(begun, stages=(refit,), software_fault=fault)
+        why = unknown_rows(study, begun.base.values, begun.base.predicted)
+        if fault is not None and why:
+            return replace(begun, unknown=why)
         begun = replace(begun, software_fault=fault)
     effects = candidates(system, study.bench.part, case.slots)
     study.say("what is left, and what still predicts it")
@@ -245,6 +249,8 @@ def _explained(result: PartResult, effects: Sequence[PlacedEffect], judge: Judge
     named = search(study, result.base, effects, is_adequate=is_adequate)
     result = replace(result, search=named, chosen=named.model, fit=named.fit)
     try:
+        named = with_laws_in_several_slots(study, named, effects, is_adequate)
+        result = replace(result, search=named, chosen=named.model, fit=named.fit)
         named = named_by_limits(study, with_rewritings(study, named, effects), effects)
         return named_or_learned(result, named, places, judge)
     except TimeIsUpError:

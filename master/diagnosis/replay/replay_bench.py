@@ -19,7 +19,7 @@ from master.text.signal_name import SignalName
 
 from .own_values import not_fitted, of_recording
 from .replayer import Player, ReplayFailure
-from .start_values import HEAD, Bounds, StartEstimate, by_grid, by_steps
+from .start_values import Bounds, StartEstimate, by_fit, by_grid, by_steps
 
 
 @dataclass(frozen=True)
@@ -72,6 +72,7 @@ class ReplayBench:
         self.lengths = {name: len(values) for name, values in compared.items()}
         self.measured = self._joined(compared)
         self.in_use = self._in_use()
+        self._inverses: dict[tuple[Player, Segment], Array | None] = {}
 
     @property
     def name(self) -> str:
@@ -203,7 +204,7 @@ class ReplayBench:
                 values=values,
                 target=self.raw[s.recording][s.begin : s.end],
             )
-            values = by_steps(head, {key: self.own[key] for key in own}, round(HEAD * len(head.target)))
+            values = by_fit(head, {key: self.own[key] for key in own})
         given = {f"{fmu}.{name}" for fmu, own in values.items() for name in own}
         is_given = s.recording in self.fitted and not self.is_windowed
         names = [k for k in self._known_starts(player) if not (is_given and k in given)]
@@ -217,7 +218,10 @@ class ReplayBench:
         )
         if len(names) == 1 and not self.is_windowed:
             return by_grid(estimate, names[0], self.starts[names[0]])
-        return by_steps(estimate, {name: self.starts[name] for name in names})
+        key = (player, s)
+        found = by_steps(estimate, {name: self.starts[name] for name in names}, self._inverses.get(key))
+        self._inverses[key] = found.inverse
+        return found.values
 
     def _play(self, player: Player, values: Values, s: Segment, rows: int | None = None) -> Array:
         """Replay a segment or its first rows; shape (rows, names of the player)."""

@@ -164,13 +164,15 @@ class Study:
         model, starts = self._with_start_values(model, starts)
         if len(starts) > 1:
             first = Precision(FIRST_STEPS.evaluations, precision.tolerance)
-            begun = [self._fit(self.candidate(model, [guess], known), first) for guess in starts]
+            begun = [
+                self._fit(self.candidate(model, [guess], known), first, is_sketch=True) for guess in starts
+            ]
             starts = [min(begun, key=lambda f: f.cost).values]
         best = self._fit(self.candidate(model, starts, known), precision)
         values = dict(model.fixed) | dict(best.values)
         return replace(best, predicted=self.simulate(model.effects, values, everything=True))
 
-    def _fit(self, candidate: Candidate, precision: Precision) -> Fit:
+    def _fit(self, candidate: Candidate, precision: Precision, *, is_sketch: bool = False) -> Fit:
         return fit(
             candidate,
             self.measured,
@@ -178,6 +180,7 @@ class Study:
             output_scale=self.output_scale,
             evaluations=precision.evaluations,
             tolerance=precision.tolerance,
+            is_sketch=is_sketch,
         )
 
     def _with_start_values(

@@ -96,6 +96,7 @@ def report_schema() -> Schema:
             "adequate": TRUTH,
             "colour": TEXT,
             "events": _list(NUMBER),
+            "strikes": _list(NUMBER),
             "faults": _list(_object(kind=TEXT, value=NUMBER, deviation=NUMBER, text=TEXT)),
             "stages": _list(stage),
         },

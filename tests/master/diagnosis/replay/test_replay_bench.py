@@ -145,6 +145,28 @@ def test_start_values_of_each_window_are_estimated_by_steps():
     assert own.predict(Decay(), {"box": {}}) == pytest.approx(own.measured, abs=1e-9)
 
 
+class Scaled(Decay):
+    """The same, which begins at k times its start value."""
+
+    def play(self, values, data, segment, step, every=1):
+        own = values["box"]
+        return super().play({"box": {"y0": own.get("k", 1.0) * own["y0"]}}, data, segment, step, every)
+
+
+def test_derivatives_by_start_values_serve_until_they_no_longer_hold():
+    """A window takes middle, a moved start, a step, the answer; less the second, or a step in vain more."""
+    r = recording("r", 90, np.sin(np.arange(90) / 5.0), y0=0.3)
+    own = bench([r], windows={"box": 30 * H}, starts={"box.y0": (-1.0, 1.0)})
+    player = Scaled()
+    replays = []
+    for k in (1.0, 1.0, 3.0, 3.0):
+        before = len(player.calls)
+        assert own.predict(player, {"box": {"k": k}}) == pytest.approx(own.measured, abs=1e-9)
+        replays.append(len(player.calls) - before)
+
+    assert replays == [3 * n for n in (4, 3, 5, 3)]
+
+
 def test_a_value_that_a_recording_sets_holds_in_it_alone():
     one = recording("one", 100, np.zeros(100), y0=1.0)
     two = replace(recording("two", 100, np.zeros(100), y0=3.0), given={"box.y0": 3.0})
