@@ -8,8 +8,6 @@ from typing import Any
 import click
 
 from master.errors import ConfigError
-from master.experiment.prepare import Request, prepare
-from master.fmi.unpacked import require_runnable
 from master.installation import configuration
 from master.text.yaml_lines import read_yaml
 
@@ -52,6 +50,9 @@ def check(config: Path, plot: Path | None, as_json: bool, **options: Any) -> Non
         raise ConfigError(
             [f"--plot: {config} is a system, expected a case; a run draws a system: dockloop run {config}"]
         )
+    from master.experiment.prepare import Request, prepare
+    from master.fmi.unpacked import require_runnable
+
     experiment = prepare(config, Request(**options), show_building)
     require_runnable(i.description for i in experiment.system.instances.values())
     counts = {
