@@ -5,10 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from tests.oracles import compensator_reference, guard_reference, hexapod_reference, linear_references
+from fmu_sources.composed import registry
+from tests.oracles import (
+    compensator_reference,
+    guard_reference,
+    hexapod_reference,
+    linear_references,
+    methods_reference,
+    robust_reference,
+)
 from tests.oracles.reference_experiment import Experiment
-
-SOURCES = Path(__file__).parents[2] / "fmu_sources"
 
 MAKERS: dict[str, Callable[[], Experiment]] = {
     "compensator": compensator_reference.experiment,
@@ -19,13 +25,14 @@ MAKERS: dict[str, Callable[[], Experiment]] = {
     "real_docking": linear_references.real_docking,
     "force_sensor": linear_references.force_sensor,
     "guard": guard_reference.experiment,
+    **methods_reference.experiments(),
+    "robust": robust_reference.experiment,
 }
 
 
 def folder_of(model: str) -> Path:
     """Return the folder of a model's reference files."""
-    (path,) = SOURCES.glob(f"*/{model}.py")
-    return path.parent / "reference"
+    return registry.model_files()[model].parent / "reference"
 
 
 def main() -> None:
