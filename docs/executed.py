@@ -88,9 +88,10 @@ def executed(path: Path) -> Any:
     from traitlets.config import Config
 
     notebook = nbformat.read(path, as_version=4)
-    settings = Config({"ConnectionFileMixin": {"transport": "ipc"}})  # no ports that others could talk to
-    with tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory() as folder, tempfile.TemporaryDirectory() as sockets:
         place = {"metadata": {"path": folder}}
+        connection = {"transport": "ipc", "ip": f"{sockets}/kernel"}  # no ports that others could talk to
+        settings = Config({"ConnectionFileMixin": connection})
         client = NotebookClient(
             notebook,
             timeout=_PATIENCE,
