@@ -152,6 +152,10 @@ class Run:
         Raises:
             KeyError: If a signal was not recorded.
         """
+        from master.pages.chart import Chart, Curve
+        from master.pages.picture import draw
+        from master.pages.plain_text import as_written
+
         from .figure import ShownFigure
 
         chosen = signals or self._compared() or self.signals
@@ -161,15 +165,12 @@ class Run:
         figure = ShownFigure(figsize=(8.0, 1.0 + 2.2 * len(by_unit)), layout="constrained")
         axes = figure.subplots(len(by_unit), 1, sharex=True, squeeze=False)[:, 0]
         for axis, (unit, names) in zip(axes, by_unit.items(), strict=True):
-            for name in names:
-                axis.plot(self.time, self[name], label=name)
-            axis.set_ylabel("value [1]" if unit == "1" else f"[{unit}]")
+            label = "value [1]" if unit == "1" else f"[{unit}]"
+            curves = [Curve(name, self.time, self[name]) for name in names]
+            draw(axis, Chart("", "time [s]", label, curves), columns=len(self.time))
             axis.legend(loc="upper right", fontsize="small")
-            axis.grid(alpha=0.3)
-        axes[-1].set_xlabel("time [s]")
+            axis.label_outer()
         figure.suptitle(f"{self._experiment.title}: {self.status}")
-        from master.pages.plain_text import as_written
-
         as_written(figure)
         return figure
 

@@ -1,7 +1,7 @@
 """
 The reference pages of the site, made from the code when the site is built: nothing in them is written twice.
 
-MkDocs calls `on_files` and `on_post_page` (`hooks` in `mkdocs.yml`); tests call `pages`.
+MkDocs calls `on_files` (`hooks` in `mkdocs.yml`); tests call `pages`.
 """
 
 from __future__ import annotations
@@ -23,8 +23,6 @@ from master.diagnosis.case.case import Case
 from master.system.config import Config
 from master.text.schema import json_schema
 
-_FETCHED = re.compile(r'<script src="https://unpkg\.com/[^"]*"></script>')
-
 
 def on_files(files: Any, config: Any) -> Any:
     """Add the pages to those of the folder."""
@@ -33,11 +31,6 @@ def on_files(files: Any, config: Any) -> Any:
     for path, text in pages().items():
         files.append(File.generated(config, path, content=text))
     return files
-
-
-def on_post_page(output: str, page: Any, config: Any) -> str:
-    """Take out what the theme would fetch from the network, for its search in pages opened from disk."""
-    return _FETCHED.sub("", output)
 
 
 def pages() -> dict[str, str]:

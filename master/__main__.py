@@ -1,6 +1,7 @@
 """The command `dockloop`, also `python -m master`."""
 
 import _signal  # without `signal`, which takes a thousand times as long to load
+import gc
 import os
 import sys
 
@@ -27,6 +28,7 @@ def main() -> None:
 
     try:
         temporary.make()
+        gc.set_threshold(50_000, 20, 100)  # what imports make stays: to look through it is a tenth of a start
         # pydantic would search all installed packages for plug-ins, which takes longer than to check a system
         os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
         # matrices of a loop are small: threads of numpy's linear algebra would only wait for each other

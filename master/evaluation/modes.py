@@ -14,8 +14,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.fft import prev_fast_len
-from scipy.linalg import eigh
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
@@ -90,9 +88,23 @@ def poles_of(y: Floats, step: float) -> Complexes:
     return np.asarray(np.log(z.astype(complex)) / (stride * step))
 
 
+@lru_cache(maxsize=64)
+def _smooth(n: int) -> int:
+    """Return the largest number up to n without prime factors above 5: its Fourier transform is fast."""
+    largest = 1
+    fives = 1
+    while fives <= n:
+        threes = fives
+        while threes <= n:
+            largest = max(largest, threes << ((n // threes).bit_length() - 1))
+            threes *= 3
+        fives *= 5
+    return largest
+
+
 def _stride(y: Floats, step: float) -> int:
     """Return the largest stride at which the samples still show the strongest oscillation well."""
-    n = prev_fast_len(len(y), real=True)
+    n = _smooth(len(y))
     ramp = _ramp(n)
     centred = y[:n] - np.mean(y[:n])
     centred -= ramp * (np.dot(ramp, centred) / np.dot(ramp, ramp))
@@ -265,6 +277,8 @@ def _largest_singular(matrix: Floats, n: int) -> tuple[Floats, Floats]:
     if n >= n_columns:
         _, singular, right = np.linalg.svd(columns, full_matrices=False)
         return singular, right
+    from scipy.linalg import eigh  # half a second to load, which not every run needs
+
     chosen = (n_columns - n, n_columns - 1)
     _, vectors = eigh(columns.T @ columns, subset_by_index=chosen, check_finite=False)
     span = np.linalg.qr(columns @ vectors[:, ::-1])[0]

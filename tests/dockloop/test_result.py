@@ -46,6 +46,12 @@ def test_a_figure_has_an_axis_a_unit(run):
     assert figure.axes[-1].get_xlabel() == "time [s]"
 
 
+def test_curves_of_an_axis_differ_in_their_dashes(run):
+    lines = run.plot("spacecraft.s_des", "motion_simulator.s_act", "ideal.s").axes[0].lines
+
+    assert len({str(line._dash_pattern) for line in lines}) == 3
+
+
 def test_a_notebook_shows_a_figure_although_pyplot_is_not_loaded(run):
     assert run.plot("spacecraft.s_des")._repr_png_().startswith(b"\x89PNG")
 

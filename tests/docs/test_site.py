@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import html
 import importlib.util
+import json
 import os
 import re
 import subprocess
@@ -11,6 +12,7 @@ import sys
 from pathlib import Path
 
 import pytest
+import yaml
 
 import dockloop
 from fmu_sources.composed import registry
@@ -112,29 +114,103 @@ def test_every_tutorial_has_blocks_and_is_in_the_navigation():
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("path", TUTORIALS, ids=lambda p: p.stem)
-def test_a_tutorial_runs_word_by_word_in_an_empty_folder(path, tmp_path):
+@pytest.mark.parametrize("path", [*TUTORIALS, DOCS / "delays.md"], ids=lambda p: p.stem)
+def test_a_page_runs_word_by_word_in_an_empty_folder(path, tmp_path):
     follow(path, tmp_path)
 
 
-@pytest.mark.long
-def test_the_site_is_built_without_a_warning_and_works_from_disk(tmp_path):
-    command = [sys.executable, "-m", "mkdocs", "build", "--strict", "--quiet", "--site-dir", str(tmp_path)]
+def test_the_keys_of_the_page_on_isolation_are_those_of_a_system():
+    [part] = re.findall(r"```yaml\n(.*?)```", (DOCS / "isolation.md").read_text(encoding="utf-8"), re.DOTALL)
+    written = yaml.safe_load(part)
+    read = Config.model_validate({"name": "a", "step_size": 0.01, "stop_time": 1.0, **written})
+
+    assert read.fmus["wheel"].isolate is True
+    assert (read.fmus["brake"].on_fault, read.fmus["brake"].deadline, read.fmus["brake"].memory) == (
+        "hold",
+        0.5,
+        200,
+    )
+
+
+def test_every_page_is_in_the_navigation():
+    navigation = (PROJECT / "mkdocs.yml").read_text(encoding="utf-8")
+    pages = [path.relative_to(DOCS) for path in DOCS.rglob("*.md")]
+    pages += [path.relative_to(DOCS).with_suffix(".md") for path in DOCS.rglob("*.ipynb")]
+
+    assert len(pages) >= 30
+    assert [page for page in pages if f"- {page.as_posix()}\n" not in navigation] == []
+
+
+def test_notebooks_are_kept_without_outputs_one_a_person():
+    books = {path.stem: json.loads(path.read_text(encoding="utf-8")) for path in DOCS.rglob("*.ipynb")}
+    code = {name: [c for c in book["cells"] if c["cell_type"] == "code"] for name, book in books.items()}
+
+    assert set(books) == {path.stem for path in TUTORIALS}
+    assert [name for name, cells in code.items() if len(cells) < 3] == []
+    assert [
+        name for name, cells in code.items() if any(c["outputs"] or c["execution_count"] for c in cells)
+    ] == []
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory) -> Path:
+    """The site, built: its notebooks and the commands of its gallery are executed."""
+    folder = tmp_path_factory.mktemp("site")
+    command = [sys.executable, "-m", "mkdocs", "build", "--strict", "--quiet", "--site-dir", str(folder)]
     environment = {**os.environ, "NO_MKDOCS_2_WARNING": "1"}
     built = subprocess.run(command, cwd=PROJECT, capture_output=True, text=True, check=False, env=environment)
 
     assert built.returncode == 0, built.stderr
     assert built.stderr == ""
-    pages = {
-        p.relative_to(tmp_path).as_posix(): p.read_text(encoding="utf-8") for p in tmp_path.rglob("*.html")
-    }
+    return folder
+
+
+@pytest.mark.long
+def test_every_script_style_and_picture_of_the_site_is_on_the_disk(site):
+    pages = {p.relative_to(site).as_posix(): p.read_text(encoding="utf-8") for p in site.rglob("*.html")}
     del pages["404.html"]  # for servers
-    assert len(pages) >= 25
+    assert len(pages) >= 35
     for name, text in pages.items():
         for tag in re.findall(r"<(?:script|link|img)\b[^>]*>", text):
             target = re.search(r'(?:src|href)="([^"]*)"', tag)
             if target is None or "canonical" in tag or target[1].startswith("data:"):
                 continue
             assert not re.match(r"https?:|//|/", target[1]), f"{name}: {tag}"
-            file = (tmp_path / name).parent / html.unescape(target[1]).partition("?")[0].partition("#")[0]
+            file = (site / name).parent / html.unescape(target[1]).partition("?")[0].partition("#")[0]
             assert file.exists(), f"{name}: {tag}"
+
+
+@pytest.mark.long
+def test_the_gallery_has_the_pictures_that_its_commands_make(site):
+    shown = re.findall(r"!\[[^]]+\]\(([^)]+)\)", (DOCS / "gallery.md").read_text(encoding="utf-8"))
+
+    assert len(shown) >= 5
+    assert all((site / picture).stat().st_size > 5000 for picture in shown)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", [path.stem for path in TUTORIALS])
+def test_a_notebook_is_a_page_with_what_it_prints_and_draws(site, name):
+    text = (site / "notebooks" / f"{name}.html").read_text(encoding="utf-8")
+
+    assert re.search(rf'<img [^>]*src="{name}_1\.png"', text)
+    assert 'class="output"' in text
+    assert (site / "notebooks" / f"{name}.ipynb").exists()
+
+
+@pytest.mark.long
+def test_the_search_finds_pages_when_the_site_is_opened_from_disk(site, browser):
+    browser.log()
+    browser.show(site / "tutorials" / "run_a_system.html")
+    script = """const field = document.querySelector('[data-md-component=search-query]');
+    field.focus(); field.value = 'waveform'; field.dispatchEvent(new KeyboardEvent('keyup', {key: 'm'}));
+    for (let i = 0; i < 600; i++) {
+      const links = [...document.querySelectorAll('a.md-search-result__link')];
+      if (links.length) return links.map(a => a.href);
+      await new Promise(r => setTimeout(r, 100));
+    }
+    return [];"""
+    found = browser.run(f"return (async () => {{ {script} }})()")
+
+    assert any(Path(link.removeprefix("file://").partition("?")[0]).name == "coupling.html" for link in found)
+    assert [entry["message"] for entry in browser.log() if entry["level"] == "SEVERE"] == []

@@ -74,8 +74,8 @@ class Browser:
 
 
 @contextmanager
-def opened(page: Path, profile: Path) -> Iterator[Browser]:
-    """Open a page; where there is no browser the test is skipped, in CI it fails."""
+def opened(profile: Path) -> Iterator[Browser]:
+    """Start a browser; where there is none the test is skipped, in CI it fails."""
     if CHROMIUM is None or DRIVER is None:
         message = "no Chromium with its driver: Debian packages chromium and chromium-driver"
         if os.environ.get("CI"):
@@ -86,9 +86,7 @@ def opened(page: Path, profile: Path) -> Iterator[Browser]:
         [DRIVER, f"--port={port}"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
     )
     try:
-        browser = _when_ready(port, profile)
-        browser(f"/session/{browser.session}/url", {"url": page.resolve().as_uri()})
-        yield browser
+        yield _when_ready(port, profile)
     finally:
         driver.terminate()
         driver.wait(timeout=20)

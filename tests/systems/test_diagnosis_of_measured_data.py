@@ -12,7 +12,6 @@ from click.testing import CliRunner
 
 from master.cli.diagnose import diagnose
 from master.diagnosis.answer.report.schema import report_schema
-from tests.systems.browser import opened
 from tests.systems.page_checks import faults
 
 pytestmark = pytest.mark.long
@@ -79,9 +78,9 @@ def test_every_parameter_has_its_uncertainty(emps):
 
 
 @pytest.fixture(scope="module")
-def browser(emps, tmp_path_factory):
-    with opened(emps[1] / "report.html", tmp_path_factory.mktemp("profile")) as found:
-        yield found
+def browser(browser, emps):
+    browser.show(emps[1] / "report.html")
+    return browser
 
 
 def test_page_shows_the_verdict_first_and_all_panels_without_an_error(emps, browser):

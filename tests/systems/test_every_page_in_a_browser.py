@@ -22,7 +22,6 @@ from master.reproduce.page import write_page as write_reproduction
 from tests.master.diagnosis.answer.made_up_report import UNITS, made_up_report
 from tests.master.pages.made_up_charts import charts, motions
 from tests.master.reproduce.made_up_content import made_up_content
-from tests.systems.browser import opened
 from tests.systems.page_checks import faults
 
 pytestmark = pytest.mark.long
@@ -100,12 +99,6 @@ def pages(tmp_path_factory) -> dict[str, Path]:
     folder = tmp_path_factory.mktemp("pages")
     made = [page for make in (runs, comparison, reproduction, diagnosis) for page in make(folder)]
     return {page.stem: page for page in made}
-
-
-@pytest.fixture(scope="module")
-def browser(pages, tmp_path_factory):
-    with opened(pages["run"], tmp_path_factory.mktemp("profile")) as found:
-        yield found
 
 
 @pytest.mark.parametrize("name", ["run", "overlay", "methods", "reproduction", "report"])

@@ -11,7 +11,6 @@ import pytest
 from master.pages.chart import Chart, Curve
 from master.pages.render import render
 from tests.master.pages.made_up_charts import charts
-from tests.systems.browser import opened
 
 TEMPLATE = """{% extends "base.html.j2" %}{% from "parts.html.j2" import plots, table %}
 {% block title %}charts{% endblock %}{% block body %}<h1>Charts</h1>
@@ -47,12 +46,6 @@ def rendered(folder, named, rows=()):
     if str(folder) not in sys.path:
         sys.path.insert(0, str(folder))
     return render("page_package", "page.html.j2", charts=named, rows=rows)
-
-
-@pytest.fixture(scope="module")
-def browser(page, tmp_path_factory):
-    with opened(page, tmp_path_factory.mktemp("profile")) as found:
-        yield found
 
 
 @pytest.mark.parametrize("width", [1280, 390])

@@ -13,7 +13,6 @@ from click.testing import CliRunner
 from master.cli import main
 from master.reproduce.figures.registry import FIGURES
 from master.reproduce.reproduction import CLAIMS
-from tests.systems.browser import opened
 from tests.systems.page_checks import faults
 
 pytestmark = pytest.mark.long
@@ -46,9 +45,10 @@ def test_every_figure_is_a_png_file_too(reproduced):
 
 
 @pytest.fixture(scope="module")
-def browser(reproduced, tmp_path_factory):
-    with opened(Path(reproduced.files["page"]), tmp_path_factory.mktemp("profile")) as found:
-        yield found
+def browser(browser, reproduced):
+    browser.log()  # of pages before this one
+    browser.show(Path(reproduced.files["page"]))
+    return browser
 
 
 def test_the_page_loads_without_an_error(browser):

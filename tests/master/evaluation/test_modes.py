@@ -2,8 +2,9 @@ import math
 
 import numpy as np
 import pytest
+from scipy.fft import prev_fast_len
 
-from master.evaluation.modes import dominant_mode, modes, project
+from master.evaluation.modes import _smooth, dominant_mode, modes, project
 
 STEP = 1e-3
 TIME = STEP * np.arange(5001)
@@ -76,3 +77,9 @@ def test_a_signal_that_grows_by_60_decades_is_still_measured():
     mode = dominant_mode(damped(-0.5, 60.0), STEP)
 
     assert mode.zeta == pytest.approx(-0.5, abs=1e-8)
+
+
+def test_the_length_of_a_fast_transform_is_that_of_scipy():
+    lengths = [*range(1, 400), 997, 1001, 9973, 10_001, 65_537]
+
+    assert [_smooth(n) for n in lengths] == [prev_fast_len(n, real=True) for n in lengths]
