@@ -152,13 +152,13 @@ class Run:
         Raises:
             KeyError: If a signal was not recorded.
         """
-        from matplotlib.figure import Figure
+        from .figure import ShownFigure
 
         chosen = signals or self._compared() or self.signals
         by_unit: dict[str, list[str]] = {}
         for name in chosen:
             by_unit.setdefault(self.unit(name), []).append(name)
-        figure = Figure(figsize=(8.0, 1.0 + 2.2 * len(by_unit)), layout="constrained")
+        figure = ShownFigure(figsize=(8.0, 1.0 + 2.2 * len(by_unit)), layout="constrained")
         axes = figure.subplots(len(by_unit), 1, sharex=True, squeeze=False)[:, 0]
         for axis, (unit, names) in zip(axes, by_unit.items(), strict=True):
             for name in names:

@@ -2,6 +2,7 @@
 
 import _signal  # without `signal`, which takes a thousand times as long to load
 import os
+import sys
 
 __all__ = ["main"]
 
@@ -19,7 +20,7 @@ if __name__ != "__mp_main__":  # as which the processes that work for this one l
 
 def main() -> None:
     """Run the command; a signal ends it at any moment with the status that signals have."""
-    from .process import signals
+    from .process import memory, signals
 
     signals.end_at_once()
     from .process import temporary
@@ -34,6 +35,11 @@ def main() -> None:
         from .cli import main as command
 
         command()
+    except Exception as error:  # of a library that is loaded; what a command itself meets is said there
+        if not memory.is_of_memory(error):
+            raise
+        sys.stderr.write(f"{memory.TOO_LITTLE_MEMORY}\n")
+        sys.exit(2)
     finally:
         signals.ignore()
         temporary.remove()

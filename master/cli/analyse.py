@@ -45,7 +45,7 @@ from .console import STDERR
     "sweeps",
     multiple=True,
     metavar="FMU.PARAMETER=FROM:TO:N",
-    help="Stability over one or two parameters, or delays of connected inputs; writes a PNG.",
+    help="Stability over one or two parameters or extra delays [s] of connected inputs; writes a PNG.",
 )
 @click.option("--zeros", "pair", metavar="INPUT:OUTPUT", help="Zeros from a connected input to an output.")
 @STEP_SIZE

@@ -15,7 +15,7 @@ import click
 from master.catalogue import FLAVOURS
 from master.errors import EXIT_INPUT, ConfigError, FmuError, MasterError
 from master.process.child import done_apart
-from master.process.position import MORE_MEMORY
+from master.process.memory import TOO_LITTLE_MEMORY, is_of_memory
 from master.text.printable import printable
 
 CONFIG = click.argument("config", type=click.Path(path_type=Path))
@@ -80,8 +80,10 @@ def answers_errors(command: Callable[..., None]) -> Callable[..., None]:
             for problem in problems:
                 say(problem, err=True)
             sys.exit(error.exit_status)
-        except MemoryError:
-            problem = f"memory: there is too little, {MORE_MEMORY}"
+        except Exception as error:
+            if not is_of_memory(error):
+                raise
+            problem = TOO_LITTLE_MEMORY
             if options.get("as_json"):
                 print_json({"status": "failed", "problems": [problem]})
             say(problem, err=True)

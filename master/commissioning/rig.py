@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from master.coupling.schedule import make_schedule
+from master.diagnosis.data.clock import ClockRules
 from master.diagnosis.data.recordings import Column, Recording, Rules, read
 from master.errors import ConfigError, FmuError, Problem
 from master.experiment.experiment import Experiment
@@ -111,6 +112,6 @@ def read_held(path: Path, time: str | None = None) -> Held:
         DataError: With every fault.
     """
     columns = {name: Column(name, unit) for name, unit in SIGNALS.items()}
-    rules = Rules(fewest=FEWEST_SAMPLES, start=None)
+    rules = Rules(fewest=FEWEST_SAMPLES, clock=ClockRules(start=None))
     found: Recording = read(path, Column(time or "time", "s"), columns, rules=rules)
     return Held(found.period, found["s_cmd"], found["s_act"], found["f_mea"])

@@ -8,6 +8,7 @@ from typing import Any
 from . import logger
 from .description import Kind, Variable
 from .loaded_fmu import FmuSlave, address
+from .signatures import keep_signatures
 from .slave import CInterface
 from .value_types import FLOAT64, INT32, INT_BOOLEAN
 
@@ -51,6 +52,7 @@ class Fmi2Slave(FmuSlave):
     def _instantiate(self) -> Any:
         from fmpy.fmi2 import FMU2Slave
 
+        keep_signatures(FMU2Slave)
         fmu = FMU2Slave(
             instanceName=self.name,
             guid=self.description.token,

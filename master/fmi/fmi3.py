@@ -11,6 +11,7 @@ from .description import Kind, Variable
 from .event_mode import EventMode
 from .loaded_fmu import FmuSlave, address, read_number
 from .printf import text_of
+from .signatures import keep_signatures
 from .slave import CInterface
 from .value_types import BOOLEAN, FLOAT32, FLOAT64, NAMES
 
@@ -117,6 +118,7 @@ class Fmi3Slave(FmuSlave):
     def _instantiate(self) -> Any:
         from fmpy.fmi3 import FMU3Slave
 
+        keep_signatures(FMU3Slave)
         fmu = FMU3Slave(
             instanceName=self.name,
             guid=self.description.token,

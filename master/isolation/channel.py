@@ -8,13 +8,14 @@ import struct
 from typing import Any
 
 from master.process import position
-from master.process.position import Position, shared_memory
+from master.process.memory import room, shared_memory
+from master.process.position import Position
 
 from .layout import HEADER_BYTES
 
 _LENGTH = struct.Struct("<Q")
 _RING = struct.Struct("<QQQ")  # bytes written, bytes taken, messages lost
-_TEXT_BYTES = 2**28  # of address space
+_TEXT_BYTES = 2**28  # of address space, where it is not limited
 _RING_BYTES = 2**24
 _LEAST_VALUES = 2**16
 _BYTES_A_VARIABLE = 96
@@ -33,8 +34,10 @@ class Channel:
         self.sets_at = HEADER_BYTES
         self.gets_at = self.sets_at + self.values_bytes
         self._text_at = self.gets_at + self.values_bytes
-        self._ring_at = self._text_at + _TEXT_BYTES
-        self._memory = shared_memory(self._ring_at + _RING.size + _RING_BYTES)
+        self._text_bytes = room(_TEXT_BYTES)
+        self._ring_bytes = room(_RING_BYTES)
+        self._ring_at = self._text_at + self._text_bytes
+        self._memory = shared_memory(self._ring_at + _RING.size + self._ring_bytes)
         self._positions = shared_memory(position.N_BYTES)
         self.position = Position(self._positions)
         self.address = ctypes.addressof(ctypes.c_char.from_buffer(self._memory))
@@ -47,7 +50,7 @@ class Channel:
     def put(self, thing: Any) -> None:
         """Write a request or an answer of a slow call, as JSON."""
         data = json.dumps(thing).encode()
-        if len(data) > _TEXT_BYTES - _LENGTH.size:
+        if len(data) > self._text_bytes - _LENGTH.size:
             raise ValueError("more than an isolated FMU can be told in a call")
         first = self._text_at + _LENGTH.size
         self._memory[first : first + len(data)] = data
@@ -57,7 +60,7 @@ class Channel:
         """Read a request or an answer; ValueError if it is none."""
         first = self._text_at + _LENGTH.size
         [length] = _LENGTH.unpack(self._memory[self._text_at : first])
-        if length > _TEXT_BYTES - _LENGTH.size:
+        if length > self._text_bytes - _LENGTH.size:
             raise ValueError("an answer without an end")
         try:
             return json.loads(self._memory[first : first + length])
@@ -68,7 +71,7 @@ class Channel:
         """Put a message where the other process takes it; one for which there is no room is counted."""
         data = json.dumps(message).encode()
         written, taken, lost = self._ring()
-        if len(data) > _LONGEST_MESSAGE or _LENGTH.size + len(data) > _RING_BYTES - (written - taken):
+        if len(data) > _LONGEST_MESSAGE or _LENGTH.size + len(data) > self._ring_bytes - (written - taken):
             self._put_ring(2, lost + 1)
             return
         for part in (_LENGTH.pack(len(data)), data):
@@ -82,7 +85,7 @@ class Channel:
         self._put_ring(2, 0)
         found = []
         try:
-            while taken < written and written - taken <= _RING_BYTES:
+            while taken < written and written - taken <= self._ring_bytes:
                 [length] = _LENGTH.unpack(self._copy_out(taken, _LENGTH.size))
                 if length > _LONGEST_MESSAGE:
                     break
@@ -102,14 +105,14 @@ class Channel:
         self._memory[first : first + 8] = _LENGTH.pack(value)
 
     def _copy_in(self, offset: int, data: bytes) -> None:
-        first = offset % _RING_BYTES
-        n = min(len(data), _RING_BYTES - first)
+        first = offset % self._ring_bytes
+        n = min(len(data), self._ring_bytes - first)
         base = self._ring_at + _RING.size
         self._memory[base + first : base + first + n] = data[:n]
         self._memory[base : base + len(data) - n] = data[n:]
 
     def _copy_out(self, offset: int, length: int) -> bytes:
-        first = offset % _RING_BYTES
-        n = min(length, _RING_BYTES - first)
+        first = offset % self._ring_bytes
+        n = min(length, self._ring_bytes - first)
         base = self._ring_at + _RING.size
         return self._memory[base + first : base + first + n] + self._memory[base : base + length - n]

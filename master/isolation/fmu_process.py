@@ -155,7 +155,11 @@ class _FmuProcess:
         self._channel.position.step(slaves, cells[position.T0], cells[position.STEP_SIZE])
         while serve(address):
             method, arguments = self._channel.get()
-            self._channel.put(self._answer(method, arguments))
+            answer = self._answer(method, arguments)
+            try:
+                self._channel.put(answer)
+            except ValueError as error:
+                self._channel.put({"error": f"{method}: {error}"})
             if method == "close":
                 self._desk[at.IS_ASKED] = LAST
 

@@ -31,6 +31,10 @@ _MARKS: dict[str, dict[str, Any]] = {
 _CONTOUR: dict[str, Any] = {"color": LIGHT_SOFT, "linewidth": 0.7, "linestyle": "--"}
 _WIDTH, _HEIGHT = 6.4, 3.0  # inch: on a phone its text is still 8 px high
 _COLUMNS = 320  # two points a column are more than such a picture resolves
+_PNG_DPI = 110
+_PNG_WIDTH, _PNG_HEIGHT, _PNG_LINE = 10.0, 3.0, 0.3  # inch: of all, of a chart, of a line of the title
+_PNG_LEFT, _PNG_RIGHT, _PNG_BELOW, _PNG_ABOVE = 1.0, 0.2, 0.55, 0.35  # inch around the axes of a chart
+_PNG_LABEL, _PNG_MOST_LABELS = 0.18, 4.5  # inch: height of a label, most width of all
 _POINTS = 0.6  # of a page's pixel, for dashes
 
 
@@ -53,19 +57,50 @@ def save(title: str, charts: Sequence[Chart], path: Path) -> Path:
     """Draw charts one below the other, as a PNG file."""
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(10.0, 3.0 * len(charts) + 0.6), layout="constrained")
-    figure.suptitle(title)
-    axes = figure.subplots(len(charts), 1, squeeze=False)[:, 0]
+    above = _PNG_LINE * (1 + title.count("\n"))
+    heights = [_height(chart) for chart in charts]
+    figure = Figure(figsize=(_PNG_WIDTH, above + sum(heights)), dpi=_PNG_DPI)
+    axes = figure.subplots(len(charts), 1, squeeze=False)[:, 0].tolist()
     for axis, chart in zip(axes, charts, strict=True):
         draw(axis, chart)
         axis.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False, fontsize="small")
+    figure.suptitle(title, y=1.0 - 0.1 / figure.get_figheight(), va="top")
+    as_written(figure)
+    _lay_out(figure, axes, heights)
     new = path.with_name(f".{path.name}.new")  # under its own name it is complete, or it is not there
     try:
-        as_written(figure).savefig(new, format="png", dpi=110)
+        figure.savefig(new, format="png", dpi=_PNG_DPI)
         new.replace(path)
     finally:
         new.unlink(missing_ok=True)
     return path
+
+
+def _height(chart: Chart) -> float:
+    """Return how high [inch] a chart is: higher where it has many labels."""
+    return max(_PNG_HEIGHT, _PNG_BELOW + _PNG_ABOVE + _PNG_LABEL * (1 + len(chart.curves)))
+
+
+def _lay_out(figure: Any, axes: Sequence[Any], heights: Sequence[float]) -> None:
+    """
+    Place axes of heights [inch] one below the other, with room for their texts.
+
+    Matplotlib's own layouts measure each number at the axes, which takes as long as to draw. The width of
+    labels alone is not known before: they get what they need on the right, up to a bound.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    canvas: Any = FigureCanvasAgg(figure)
+    renderer = canvas.get_renderer()
+    labels = [axis.get_legend().get_window_extent(renderer).width / figure.dpi for axis in axes]
+    right = min(_PNG_RIGHT + max([0.0, *labels]), _PNG_MOST_LABELS)
+    width, height = figure.get_size_inches()
+    bottom = sum(heights)
+    for axis, own in zip(axes, heights, strict=True):
+        bottom -= own
+        size = (width - _PNG_LEFT - right, own - _PNG_BELOW - _PNG_ABOVE)
+        place = (_PNG_LEFT, bottom + _PNG_BELOW)
+        axis.set_position((place[0] / width, place[1] / height, size[0] / width, size[1] / height))
 
 
 def draw(axis: Any, chart: Chart, columns: int = COLUMNS) -> None:

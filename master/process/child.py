@@ -24,9 +24,10 @@ from typing import Any, TypeVar, cast
 
 from master.errors import FmuError
 
-from . import position
+from . import memory, position
 from .mailbox import Mailbox
-from .position import Position, shared_memory
+from .memory import shared_memory
+from .position import Position
 from .surroundings import standard_output_as_error
 
 T = TypeVar("T")
@@ -66,6 +67,7 @@ class Child:
 
     def begin(self, work: Callable[[], Any]) -> None:
         """Fork and let the child do some work; its result, or error, is in the mailbox then."""
+        memory.require_room_for_libraries()
         sys.stdout.flush()
         sys.stderr.flush()
         parent = os.getpid()
@@ -136,7 +138,7 @@ class Child:
         global _is_child
         _is_child = True
         die_with(parent)
-        position.share_no_further()
+        memory.share_no_further()
         tempfile.tempdir = os.environ["TMPDIR"] = self._folder.name
         status = 0
         with standard_output_as_error(), position.using(self.position):

@@ -10,14 +10,9 @@ from __future__ import annotations
 import ctypes
 import json
 import math
-import mmap
-import os
-import weakref
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, NamedTuple
-
-from master.errors import MasterError
 
 TICK, SLAVE, PHASE, STAGE, WRITTEN, CONSUMED, STOP, FINISHED, FLOAT_MODE, FLOAT_TICK, T0, STEP_SIZE = range(
     12
@@ -164,62 +159,6 @@ class Position:
     def _get(self, first: int, most: int) -> bytes:
         end = self._memory.find(b"\0", first, first + most)
         return bytes(self._memory[first:end])
-
-
-MORE_MEMORY = "expected more address space (`ulimit -v`), or fewer rows and signals"
-
-_alive: weakref.WeakSet[SharedMemory] = weakref.WeakSet()
-_absent: list[SharedMemory] = []
-
-
-class SharedMemory(mmap.mmap):
-    """Memory that stays shared with a process forked later, until it is shared no further."""
-
-    is_shared = True
-
-    def share_no_further(self) -> None:
-        """Keep it from processes that are forked from now on."""
-        if self.is_shared:
-            self.madvise(mmap.MADV_DONTFORK)
-            self.is_shared = False
-
-
-def shared_memory(n_bytes: int) -> SharedMemory:
-    """
-    Return memory that stays shared with a process forked later; pages are allocated when written.
-
-    Raises:
-        MasterError: If the system does not give that much address space.
-    """
-    no_reserve = getattr(mmap, "MAP_NORESERVE", 0x4000)  # named since Python 3.13
-    flags = mmap.MAP_SHARED | mmap.MAP_ANONYMOUS | no_reserve
-    try:
-        memory = SharedMemory(-1, n_bytes, flags=flags)
-    except OSError as error:
-        got = f"{error.strerror} for {n_bytes / 2**20:.0f} MB"
-        raise MasterError(f"memory: the run has too little, got {got}, {MORE_MEMORY}") from None
-    _alive.add(memory)
-    return memory
-
-
-def share_no_further() -> None:
-    """
-    Keep all shared memory from processes that are forked from now on.
-
-    A copy of this process that an FMU makes and that comes back from the call ends at its next access,
-    instead of stepping and writing rows beside this one.
-    """
-    for memory in _alive:
-        memory.share_no_further()
-
-
-def _keep_absent() -> None:
-    """In a forked process: never free memory that it did not get, as something else may be at its address."""
-    _absent.extend(memory for memory in _alive if not memory.is_shared)
-
-
-if hasattr(os, "register_at_fork"):
-    os.register_at_fork(after_in_child=_keep_absent)
 
 
 _current = Position()

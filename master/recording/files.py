@@ -483,4 +483,12 @@ def _table(result: Result) -> Any:
         for i, (name, unit) in enumerate(zip(result.names, result.units, strict=True))
     }
     fields = [pa.field(name, pa.float64(), metadata={"unit": unit}) for name, (_, unit) in columns.items()]
-    return pa.table([pa.array(values) for values, _ in columns.values()], schema=pa.schema(fields))
+    return pa.table([_column(values) for values, _ in columns.values()], schema=pa.schema(fields))
+
+
+def _column(values: Any) -> Any:
+    """Return numbers, shape (n,), as an Arrow array; `pyarrow.array` would load pandas, if it is there."""
+    import pyarrow as pa
+
+    buffer = pa.py_buffer(np.ascontiguousarray(values, dtype=np.float64))
+    return pa.Array.from_buffers(pa.float64(), len(values), [None, buffer])

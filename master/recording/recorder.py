@@ -91,6 +91,11 @@ class Recorder:
     def __post_init__(self) -> None:
         self._table = np.empty((0, len(self.ports)))
 
+    def reserve(self) -> None:
+        """Take the memory of all rows that will be kept, so that a long run does not grow."""
+        self._grow(-(-self.most_rows // self.keep_every))
+        self._table[self._n_kept :] = 0.0
+
     def most(self, wanted: int) -> int:
         return wanted
 

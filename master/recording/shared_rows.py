@@ -7,7 +7,8 @@ import time
 import numpy as np
 from numpy.typing import NDArray
 
-from master.process.position import CONSUMED, STAGE, STEPPING, TICK, WRITTEN, Position, shared_memory
+from master.process.memory import room, shared_memory
+from master.process.position import CONSUMED, STAGE, STEPPING, TICK, WRITTEN, Position
 
 from .recorder import Result
 
@@ -27,7 +28,7 @@ class SharedRows:
 
     def __init__(self, position: Position, n_signals: int, n_rows: int, *, is_ring: bool) -> None:
         n_bytes = 8 * max(1, n_signals)
-        self.capacity = min(n_rows, max(_FEWEST_ROWS, _RING_BYTES // n_bytes)) if is_ring else n_rows
+        self.capacity = min(n_rows, max(_FEWEST_ROWS, room(_RING_BYTES) // n_bytes)) if is_ring else n_rows
         self._is_ring = is_ring
         self._cells = position.cells
         memory = shared_memory(self.capacity * n_bytes)

@@ -19,6 +19,7 @@ from master.fmi.messages import LogFile, MessageLog, Said
 from master.process import position, signals
 from master.process.child import IS_POSSIBLE, Answer, Child, put_off_last_work
 from master.process.mailbox import Mailbox
+from master.process.memory import is_of_memory
 from master.process.position import Call
 from master.process.signals import Interruption
 from master.process.surroundings import standard_output_as_error
@@ -78,7 +79,7 @@ def simulate_apart(
         log = MessageLog(grid.time, log_file)
         return _in_this_process(system, schedule, grid, replace(options, log=log), progress())
     run = _Run(system, schedule, grid, options, log_file)
-    other = threading.Thread(target=meanwhile or _nothing)
+    other = threading.Thread(target=_prepare, args=[meanwhile or _nothing])
     try:
         run.begin()
         other.start()
@@ -87,6 +88,15 @@ def simulate_apart(
         run.close()
         if other.is_alive():  # what a next run forks must not hold locks of a thread
             other.join()
+
+
+def _prepare(work: Callable[[], object]) -> None:
+    """Do what will be needed; where there is too little memory, that is said when it is needed."""
+    try:
+        work()
+    except Exception as error:
+        if not is_of_memory(error):
+            raise
 
 
 def _nothing() -> None:
@@ -137,6 +147,8 @@ class _Run:
         self.begin_at: Snapshot | None = None
         if durable is not None and durable.begin_at is not None:
             self._go_on_from(durable.begin_at)
+        if is_ring:
+            self.recorder.reserve()
 
     def _go_on_from(self, checkpoint: Checkpoint) -> None:
         try:
@@ -247,6 +259,9 @@ class _Run:
             return Outcome(INTERRUPTED, self.rows.result(), 0.0, 0)
 
     def _simulated(self) -> Outcome:
+        from .machine.compiled import load_numba
+
+        load_numba()
         from . import simulate
 
         log = MessageLog(self.grid.time, self.log_file, self._hear)

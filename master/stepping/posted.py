@@ -6,7 +6,7 @@ import time
 from dataclasses import dataclass
 
 from master.errors import FmuError
-from master.process.mailbox import MOST_BYTES, Mailbox
+from master.process.mailbox import Mailbox
 
 from .snapshot import Snapshot
 
@@ -40,7 +40,7 @@ class PostedSnapshots:
         if not self._mailbox.is_empty():
             return
         data = snapshot.to_bytes()
-        if len(data) > MOST_BYTES // 2:
+        if len(data) > self._mailbox.most_bytes // 2:
             largest = max(snapshot.fmus, key=lambda name: len(snapshot.fmus[name]))
             got = f"{len(snapshot.fmus[largest])} bytes"
             raise FmuError(largest, f"its state is too large for a checkpoint, got {got}")

@@ -46,6 +46,10 @@ def test_a_figure_has_an_axis_a_unit(run):
     assert figure.axes[-1].get_xlabel() == "time [s]"
 
 
+def test_a_notebook_shows_a_figure_although_pyplot_is_not_loaded(run):
+    assert run.plot("spacecraft.s_des")._repr_png_().startswith(b"\x89PNG")
+
+
 def test_a_signal_that_is_not_there_is_told_what_is_near(run):
     with pytest.raises(KeyError, match=r"expected 'spacecraft\.s_des'"):
         run["spacecraft.s_dess"]

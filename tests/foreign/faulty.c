@@ -12,7 +12,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-enum { NOTHING, SEGFAULT, ABORT, EXIT, HANG, EAT, MOVE, ROUND, ERROR, SAY, WRITE, CONNECT, CHATTER };
+enum { NOTHING, SEGFAULT, ABORT, EXIT, HANG, EAT, MOVE, ROUND, ERROR, SAY, WRITE, CONNECT, CHATTER, COUNT_ALOUD };
 enum { AT_STEP, AT_SET, AT_GET, AT_ENTER, AT_EXIT, AT_SAVE, AT_END };
 enum { X = 0, Y = 1, N = 2, COUNT = 3, DEED = 8, WHEN = 9, FROM = 10, INPUT = 11 };
 
@@ -78,6 +78,12 @@ static int done(Fmu *c, int when) {
             say(c, "a flood of words");
         }
         return 0;
+    case COUNT_ALOUD: {
+        char text[64];
+        snprintf(text, sizeof text, "a word in step number %d", c->steps);
+        say(c, text);
+        return 0;
+    }
     case WRITE: {
         int file = open(getenv("FAULTY_FILE"), O_CREAT | O_WRONLY, 0600);
         char name[64];

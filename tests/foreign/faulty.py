@@ -24,6 +24,7 @@ class Deed(IntEnum):
     WRITE = 10
     CONNECT = 11
     CHATTER = 12
+    COUNT_ALOUD = 13
 
 
 class When(IntEnum):

@@ -8,7 +8,7 @@ import sys
 import pytest
 
 from master.process.child import done_apart
-from master.process.position import shared_memory
+from master.process.memory import shared_memory
 
 pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="no process is forked here")
 

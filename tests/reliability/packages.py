@@ -3,7 +3,7 @@ What the package is made of and depends on.
 
     python -m tests.reliability.packages wheel            build it twice; the bytes are the same
     python -m tests.reliability.packages bill FILE        write a bill of materials (CycloneDX 1.5, JSON)
-    python -m tests.reliability.packages oldest|newest    install the bounds of pyproject.toml, run a system
+    python -m tests.reliability.packages oldest|newest    install the bounds of pyproject.toml, try it
 """
 
 from __future__ import annotations
@@ -23,6 +23,21 @@ from typing import Any
 
 PROJECT = Path(__file__).parents[2]
 EPOCH = "1577836800"  # 2020-01-01, of files whose time would be that of the checkout
+TOOLS = ("pytest>=8", "hypothesis>=6.100")
+TRIED = (
+    ("check", "low_frequency"),
+    ("run", "low_frequency", "--stop-time", "1", "--page"),
+    ("run", "low_frequency", "--stop-time", "0.1", "--isolate", "all"),
+    ("analyse", "low_frequency"),
+    ("diagnose", "configs/measured/first_case.yaml"),
+)
+SAMPLE = (
+    "tests/dockloop/test_simulation.py",
+    "tests/master/campaign/test_answers.py",
+    "tests/master/recording",
+    "tests/master/diagnosis/numerics",
+    "tests/reliability/test_memory.py",
+)
 _REQUIREMENT = re.compile(r"(?P<name>[A-Za-z0-9._-]+)(?:\[[^]]*\])?(?P<bounds>[^;]*)(?P<marker>;.*)?")
 
 
@@ -38,12 +53,14 @@ def requirements() -> list[tuple[str, str]]:
 
 
 def oldest() -> list[str]:
-    """Return the lower bound of each dependency as the one version to install."""
+    """Return the lower bound of each dependency, with the repairs that it got, as what to install."""
     found = []
     for name, bounds in requirements():
         least = re.search(r">=([0-9.]+)", bounds)
         assert least is not None, f"{name} has no lower bound"
-        found.append(f"{name}~={least[1]}.0" if least[1].count(".") < 2 else f"{name}=={least[1]}")
+        parts = least[1].split(".")
+        lowest = ".".join([*parts, "0", "0"][:3])
+        found.append(f"{name}=={lowest}" if len(parts) > 2 else f"{name}~={lowest}")
     return found
 
 
@@ -112,14 +129,24 @@ def _licence(one: Distribution) -> str:
 
 
 def tried_with(packages: list[str], *options: str) -> None:
-    """Install versions in an environment of their own, and run a system there."""
+    """Install versions in an environment of their own; there run commands and a sample of the tests."""
     with tempfile.TemporaryDirectory(prefix="dockloop-") as place:
         python = Path(place) / "bin" / "python"
         subprocess.run([sys.executable, "-m", "venv", place], check=True)
-        install = [str(python), "-m", "pip", "install", "-q", *options, str(PROJECT), *packages]
+        install = [str(python), "-m", "pip", "install", "-q", *options, str(PROJECT), *packages, *TOOLS]
         subprocess.run(install, check=True)
-        run = [str(python), "-m", "master", "run", "low_frequency", "--stop-time", "1", "--output", "out"]
-        subprocess.run(run, cwd=place, check=True)
+        listed = [str(python), "-m", "pip", "list", "--format=freeze"]
+        found = subprocess.run(listed, check=True, capture_output=True, text=True).stdout
+        names = {name.lower() for name, _ in requirements()}
+        versions = [line for line in found.splitlines() if line.partition("==")[0].lower() in names]
+        sys.stdout.write(f"{', '.join(versions)}\n")
+        sys.stdout.flush()
+        results = Path(place) / "results"
+        for command in TRIED:
+            output = ["--output", str(results)] if command[0] != "check" else []
+            subprocess.run([str(python), "-m", "master", *command, *output], cwd=PROJECT, check=True)
+        tests = [str(python), "-m", "pytest", "-q", "-p", "no:cacheprovider", *SAMPLE]
+        subprocess.run(tests, cwd=PROJECT, check=True)
 
 
 if __name__ == "__main__":

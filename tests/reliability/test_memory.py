@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import errno
 import json
+import os
+import resource
 
 import click
 import pytest
@@ -10,7 +13,10 @@ from click.testing import CliRunner
 
 from master.cli.common import JSON, answers_errors
 from master.errors import MasterError
-from master.process.position import shared_memory
+from master.process.child import done_apart
+from master.process.mailbox import Mailbox
+from master.process.memory import is_of_memory, require_room_for_libraries, room, shared_memory
+from tests.reliability.address_space import COMMANDS, ending
 
 
 def test_address_space_that_the_system_does_not_give_is_named():
@@ -30,3 +36,81 @@ def test_a_command_that_runs_out_of_memory_says_so_and_has_the_status_of_a_wrong
     assert done.exit_code == 2
     assert done.stderr.startswith("memory: there is too little, expected more address space")
     assert json.loads(done.stdout)["status"] == "failed"
+
+
+def limited(n_bytes):
+    """Let the address space of this process, a forked one, end `n_bytes` after what it has."""
+    with open("/proc/self/statm") as file:
+        has = int(file.read().split()[0]) * os.sysconf("SC_PAGE_SIZE")
+    resource.setrlimit(resource.RLIMIT_AS, (has + n_bytes, resource.RLIM_INFINITY))
+    return has + n_bytes
+
+
+def test_what_may_stay_unused_takes_a_small_part_of_an_address_space_that_is_limited():
+    def work():
+        limit = limited(2**30)
+        return limit, room(2**40), room(2**10), Mailbox().most_bytes
+
+    limit, large, small, mailbox = done_apart(work)
+
+    assert room(2**40) == 2**40
+    assert large == limit // 32
+    assert small == 2**10
+    assert mailbox == min(2**28, limit // 32)
+
+
+def test_a_result_that_has_no_room_is_named():
+    def work():
+        limited(2**30)
+        mailbox = Mailbox()
+        with pytest.raises(MasterError, match=r"memory: a result needs too much, got \d+ MB of \d+ MB"):
+            mailbox.put(bytes(mailbox.most_bytes))
+        mailbox.put("a small one")
+        return mailbox.get()
+
+    assert done_apart(work) == "a small one"
+
+
+def test_libraries_that_have_no_room_are_refused_before_they_end_the_process():
+    def work():
+        limited(2**28)
+        with pytest.raises(MasterError, match=r"memory: the run has too little, got .* for 384 MB"):
+            require_room_for_libraries()
+        return True
+
+    assert done_apart(work)
+
+
+@pytest.mark.parametrize(
+    ("error", "is_so"),
+    [
+        (MemoryError(), True),
+        (OSError(errno.ENOMEM, "Cannot allocate memory"), True),
+        (ImportError("libarrow.so: failed to map segment from shared object"), True),
+        (RuntimeError("can't start new thread"), True),
+        (ImportError("No module named 'h5py'"), False),
+        (OSError(errno.ENOSPC, "No space left on device"), False),
+        (ValueError("cannot allocate memory"), False),
+    ],
+)
+def test_what_a_library_says_without_memory_is_told_from_its_other_faults(error, is_so):
+    def work():
+        limited(2**30)
+        outer = RuntimeError("could not load")
+        outer.__cause__ = error
+        return is_of_memory(error), is_of_memory(outer)
+
+    assert done_apart(work) == (is_so, is_so)
+
+
+def test_a_library_that_is_missing_is_no_lack_of_memory_where_nothing_is_limited():
+    assert not is_of_memory(ImportError("a.so: failed to map segment from shared object"))
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("command", "megabytes"), [("run", 600), ("isolate", 1400), ("check", 300)])
+def test_a_command_with_little_address_space_works_or_says_so(command, megabytes):
+    end = ending(COMMANDS[command], megabytes, 500.0)
+
+    assert end.fault() == "", end.said
+    assert end.status == (2 if command == "run" else 0)

@@ -50,7 +50,11 @@ class LinearPart:
 
 @dataclass(frozen=True)
 class OpenedLoop:
-    """The system with an outer signal r on a connection, and v, what the connection would carry."""
+    """
+    The system with outer signals r on connections, and v, what the connections would carry.
+
+    x(k + 1) = M x + N r, v = P x + Q r, a row of r and v for each connection.
+    """
 
     M: Floats
     N: Floats
@@ -115,13 +119,13 @@ class LinearSystem:
         row[first + names.index(signal)] = 1.0
         return row
 
-    def opened(self, wire: Wire, *, cut: bool) -> OpenedLoop:
-        """Put r in place of the wire's value (`cut`) or on top of it; every FMU steps each tick."""
+    def opened(self, *wires: Wire, cut: bool) -> OpenedLoop:
+        """Put r in place of the wires' values (`cut`) or on top of them; every FMU steps each tick."""
         n = len(self.owners())
-        tick = TickPropagation(self, np.eye(n), {wire.target.name: cut})
+        tick = TickPropagation(self, np.eye(n), {wire.target.name: cut for wire in wires})
         rows = tick.run(0)
-        v = tick.arrived[wire.target.name]
-        return OpenedLoop(rows[:, :n], rows[:, n:], v[None, :n], v[None, n:])
+        v = np.array([tick.arrived[wire.target.name] for wire in wires])
+        return OpenedLoop(rows[:, :n], rows[:, n:], v[:, :n], v[:, n:])
 
 
 class TickPropagation:

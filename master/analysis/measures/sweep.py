@@ -19,7 +19,7 @@ from master.errors import ConfigError, expected
 from master.fmi.description import Kind
 from master.system.graph import System, Wire
 
-from .delays import fastest_with_delay
+from .delays import ExtraDelay, fastest_with_delays
 from .poles import Fastest, fastest
 
 Floats = NDArray[np.float64]
@@ -122,11 +122,9 @@ def stability_map(
     linearisation: Linearisation, x: Axis, y: Axis | None = None, progress: Progress = lambda: None
 ) -> StabilityMap:
     """Compute growth and boundary; `progress` is called for each value of x."""
-    if x.wire is not None and y is not None and y.wire is not None:
-        raise ConfigError(
-            [f"--sweep: two delays, got {x.label} and {y.label}, expected a parameter with one"]
-        )
-    if x.wire is not None and y is not None:
+    if y is not None and set(x.signals) & set(y.signals):
+        raise ConfigError([f"--sweep: the same twice, got {x.label} and {y.label}, expected two axes"])
+    if x.wire is not None and y is not None and y.wire is None:
         x, y = y, x
     point = _Point(linearisation, x, y)
     rows = [0.0] if y is None else y.values.tolist()
@@ -159,16 +157,16 @@ class _Point:
     def fastest(self, a: float, b: float) -> Fastest:
         """Fastest pole where the first axis has a value and the second, if there is one, another."""
         changes: dict[str, float] = {}
-        delayed: list[tuple[Wire, float]] = []
+        delays: list[ExtraDelay] = []
         for axis, value in ((self.x, a), (self.y, b)):
             if axis is None:
                 continue
             if axis.wire is None:
                 changes |= dict.fromkeys(axis.signals, value)
             else:
-                delayed.append((axis.wire, value))
+                delays.append(ExtraDelay(axis.wire, value))
         coupled = self.linearisation.coupled(changes)
-        return fastest_with_delay(coupled, *delayed[0]) if delayed else fastest(coupled)
+        return fastest_with_delays(coupled, delays) if delays else fastest(coupled)
 
     def along_x(self, b: float) -> Callable[[float], float]:
         """Growth over the first axis, at a value of the second."""

@@ -9,14 +9,14 @@ of its power that a regression without physics predicts on blocks that it has no
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from functools import cached_property
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from master.diagnosis.numerics.arrays import TINY, Array, Mask
+from master.diagnosis.numerics.arrays import TINY, Array, Integers, Mask
 from master.diagnosis.numerics.folds import NO_SHARE, Folds, Share, share_of
 from master.diagnosis.numerics.noise_floor import (
     Colour,
@@ -27,6 +27,7 @@ from master.diagnosis.numerics.noise_floor import (
     step_of,
 )
 from master.diagnosis.numerics.regressors import HeldOut, line, line_over, ridge, trees
+from master.diagnosis.numerics.strikes import events, strikes
 from master.diagnosis.search.extended_model import ExtendedModel
 from master.diagnosis.search.study import Study
 from master.diagnosis.unnamed_law.fit import sensitivities
@@ -46,10 +47,9 @@ MANY_FLOORS = 3.5  # rms over the noise floor, that no nuisance makes
 HIGHEST = 0.06  # of the sampling rate: frequency of a line
 MOST_LINES = 8  # signals that may be modulated
 DRAWS = 3  # replays with noise on what drives the part
+FEWEST_ROWS = 5  # of a window
 LONGEST_EVENT = 0.05  # s, of a window in which power is counted
-INTERMITTENT_SHARE = 0.5  # of the power
-INTERMITTENT_TIME = 0.15  # of the time
-EVENT = 4.0  # rms of a window over the median of all, of an event
+AVERAGED = (0.01, 0.02)  # s, before it is asked what its past does not predict: the quick, then the slow
 
 
 class Kind(Enum):
@@ -92,8 +92,9 @@ class Adequacy:
 
     `rms` is left; `floor` is the channel's own, `passed` the noise of what drives the part, passed through
     the model, both in the channel's unit. `predictors` are all regressors, the best first. `events` are the
-    times [s] of windows that hold most of the power, where few do. `has_steps`: the channel or what drives it
-    is rounded to the steps of a converter.
+    times [s] of windows that hold most of the power, where few do; `strikes` those of windows that set off
+    what rings on, where more is left than noise makes. `has_steps`: the channel or what drives it is rounded
+    to the steps of a converter.
     """
 
     signal: str
@@ -103,6 +104,7 @@ class Adequacy:
     predictors: tuple[Predictor, ...]
     colour: Colour
     events: tuple[float, ...] = ()
+    strikes: tuple[float, ...] = ()
     has_steps: bool = False
 
     @property
@@ -253,16 +255,21 @@ class Judge:
             left = np.zeros_like(left)
         own = left[self.rows]
         predictors = self._predictors(i, left, thorough=thorough) if np.any(own) else []
-        return Adequacy(
+        found = Adequacy(
             signal=bench.outputs[i],
             rms=float(np.sqrt(np.mean(own**2))),
             floor=self.floors[i],
             passed=float(self.passed[i]),
             predictors=tuple(sorted(predictors, key=lambda p: -p.share.value)),
             colour=colour_of(own, bench.row_period),
-            events=self._events(left),
+            events=self._times(events(left, self.rows, self._window)),
             has_steps=self.floors[i].step > 0.0 or self.is_driven_in_steps,
         )
+        if found.ratio < MANY_FLOORS:
+            return found
+        tried = (max(1, round(time / bench.row_period)) for time in AVERAGED)
+        set_off = (self._times(strikes(left, self.rows, self._window, every)) for every in tried)
+        return replace(found, strikes=next(filter(None, set_off), ()))
 
     def _predictors(self, i: int, left: Array, *, thorough: bool) -> list[Predictor]:
         folds = self.folds
@@ -306,23 +313,14 @@ class Judge:
                 best = name
         return best
 
-    def _events(self, left: Array) -> tuple[float, ...]:
-        """Times of the windows that hold most of the power, if few of them do [s]."""
-        bench = self.study.bench
-        n = max(5, round(LONGEST_EVENT / bench.row_period))
-        rows = np.flatnonzero(self.rows)
-        starts = [r for r in range(0, len(rows) - n + 1, n) if rows[r + n - 1] - rows[r] == n - 1]
-        if len(starts) < 8:
-            return ()
-        powers = np.array([float(np.mean(left[rows[s : s + n]] ** 2)) for s in starts])
-        is_event = powers > EVENT**2 * max(float(np.median(powers)), TINY)
-        if not 0.0 < is_event.mean() < INTERMITTENT_TIME:
-            return ()
-        if powers[is_event].sum() < INTERMITTENT_SHARE * powers.sum():
-            return ()
-        return tuple(
-            float(rows[s] * bench.row_period) for s, event in zip(starts, is_event, strict=True) if event
-        )
+    @property
+    def _window(self) -> int:
+        """Rows in which power is counted."""
+        return max(FEWEST_ROWS, round(LONGEST_EVENT / self.study.bench.row_period))
+
+    def _times(self, first_rows: Integers) -> tuple[float, ...]:
+        """Times of windows that begin with these rows [s]."""
+        return tuple(float(row * self.study.bench.row_period) for row in first_rows)
 
 
 def worst(channels: Sequence[Adequacy], key: Callable[[Adequacy], float]) -> Adequacy:

@@ -117,7 +117,11 @@ def shape(channel: Adequacy) -> str:
     """What a residual is like: what predicts it, where, and how much of it is left."""
     left = f"{channel.ratio:.3g} times the noise floor in {channel.signal}"
     if not channel.is_predictable:
-        kind = f"intermittent, around {_times(channel.events)}" if channel.events else channel.colour.words
+        kind = channel.colour.words
+        if channel.strikes:
+            kind = f"intermittent: it is set off around {_times(channel.strikes)}, and rings on"
+        if channel.events:
+            kind = f"intermittent, around {_times(channel.events)}"
         return f"{left}; it does not follow from anything recorded; it is {kind}"
     best = channel.best
     assert best is not None
@@ -132,6 +136,8 @@ def shape(channel: Adequacy) -> str:
         told += f"; of the laws of one slot, {near[0].law} comes nearest"
     if channel.events:
         told += f"; most of it is around {_times(channel.events)}"
+    elif channel.strikes:
+        told += f"; it is set off around {_times(channel.strikes)}"
     return f"{left}; {told}"
 
 

@@ -14,6 +14,7 @@ from master import catalogue
 from master.diagnosis.case.cut import CutSystem
 from master.diagnosis.judge.diagnose import Diagnosis
 from master.diagnosis.judge.part_result import PartResult
+from master.diagnosis.replay.own_values import AT
 from master.diagnosis.replay.placed_effect import source_with
 from master.experiment.prepare import prepare
 from master.recording.whole_file import write_whole
@@ -94,15 +95,26 @@ def _is_refuted(part: PartResult, sealed: SealedPart) -> bool:
 
 
 def corrected_values(diagnosis: Diagnosis) -> dict[str, dict[str, float]]:
-    """Parameters by FMU that were fitted, of base and effects."""
+    """
+    Parameters by FMU that were fitted, of base and effects.
+
+    Of those that every recording has for itself, the values of the one that drives the corrected system.
+    """
     values: dict[str, dict[str, float]] = {}
     for part in diagnosis.parts:
         if not part.has_effect and not part.parameter_gain:
             continue
         for key, value in part.values.items():
-            name = SignalName(key)
+            if AT in key and not key.endswith(f"{AT}{_driving(diagnosis)}"):
+                continue
+            name = SignalName(key.partition(AT)[0])
             values.setdefault(name.instance, {})[name.variable] = float(value)
     return values
+
+
+def _driving(diagnosis: Diagnosis) -> str:
+    first = next(iter(diagnosis.recordings.values()))
+    return first.entry or first.name
 
 
 def _sources(diagnosis: Diagnosis) -> dict[str, str]:

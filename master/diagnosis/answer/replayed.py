@@ -62,6 +62,10 @@ def replay(path: Path, corrected: Path | None = None) -> dict[str, Replayed]:
         FmuError: If an FMU cannot be loaded.
     """
     loaded = read_case(path)
+    if corrected is not None and loaded.case.per_recording:
+        problem = "corrected models hold one value of what every recording has for itself"
+        where = loaded.where("per_recording")
+        raise ConfigError([f"{where}: {problem}, got {loaded.case.per_recording}, expected none with --with"])
     system, recordings = opened(loaded)
     other = None if corrected is None else read_config(corrected)
     stretches = split_of(loaded, recordings).sealed.open()

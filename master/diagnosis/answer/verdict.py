@@ -142,6 +142,10 @@ def as_dict(diagnosis: Diagnosis, sealed: Mapping[str, SealedPart], files: list[
             for variable, given in own.items()
         },
         "changed_rows": {name: row for p in diagnosis.parts for name, row in p.changed_rows.items()},
+        "recordings": {
+            name: {"rows": len(r), "period": r.period, "notes": list(r.notes)}
+            for name, r in diagnosis.recordings.items()
+        },
         "residual": {p.name: _residual(p) for p in diagnosis.parts},
         "files": files,
     }
@@ -258,6 +262,7 @@ def _channels(part: PartResult) -> dict[str, Any]:
             "adequate": last.is_adequate,
             "colour": last.colour.words,
             "events": list(last.events),
+            "strikes": list(last.strikes),
             "faults": [
                 {"kind": f.kind, "value": f.value, "deviation": f.deviation, "text": str(f)}
                 for f in part.channel_faults

@@ -45,13 +45,68 @@ def _named_by_number(value: Any) -> Any:
 ColumnName = Annotated[str, BeforeValidator(_named_by_number)]
 
 
+class TimeEntry(Section):
+    """The column of the time, or the period [s] of rows without one; `gaps: split` cuts at gaps."""
+
+    column: ColumnName | None = None
+    unit: str = "s"
+    offset: Finite = 0.0
+    period: Seconds | None = None
+    jitter: Positive = 0.05
+    gaps: Literal["refuse", "split"] = "refuse"
+
+    @model_validator(mode="after")
+    def _one(self) -> TimeEntry:
+        if self.column is None and self.period is None:
+            raise ValueError("no times, expected a column or a period")
+        return self
+
+
+class ResampleEntry(Section):
+    """Rows at an even `period` [s] (of the clock's ends if none); a longer step than `gap` [s] is a gap."""
+
+    period: Seconds | None = None
+    method: Literal["linear", "cubic", "previous", "mean"] = "linear"
+    gap: Seconds | None = None
+
+
+class DelayEntry(Section):
+    """Bounds of a delay [s] that is sought; `shared`: signal of the first logger to column of the second."""
+
+    low: Finite = Field(examples=[-0.02])
+    high: Finite = Field(examples=[0.02])
+    shared: Annotated[dict[str, ColumnName], OrEmpty] = {}
+
+    @model_validator(mode="after")
+    def _ordered(self) -> DelayEntry:
+        if not self.low < self.high:
+            raise ValueError(f"low is not below high, got {self.low!r} and {self.high!r}")
+        return self
+
+
+class MergeEntry(Section):
+    """File of a second logger with `signals` of the case; its clock is `delay` [s] ahead of the first."""
+
+    file: str = Field(examples=["load_cell.csv"])
+    array: str | None = None
+    time: TimeEntry | None = None
+    signals: Annotated[list[str], Field(min_length=1, examples=[["force"]])]
+    delay: Finite | DelayEntry = 0.0
+
+
 class RecordingEntry(Section):
-    """A file, or some rows of it; `columns` names those of signals that are elsewhere than in the others."""
+    """
+    A file, or some rows of it.
+
+    `columns` names those of signals that are elsewhere than in the others, `set` values that hold here alone.
+    """
 
     file: str = Field(examples=["run.csv"])
     array: str | None = None
     rows: tuple[Annotated[Integer, Field(ge=0)], Integer] | None = None
     columns: Annotated[dict[str, ColumnName], OrEmpty] = {}
+    merge: MergeEntry | None = None
+    set: Annotated[dict[SignalKey, Finite], OrEmpty] = {}
 
     @model_validator(mode="after")
     def _ordered(self) -> RecordingEntry:
@@ -68,22 +123,6 @@ def _names_of_effects(value: Any) -> Any:
     return [value] if isinstance(value, str) and value != "all" else value
 
 
-class TimeEntry(Section):
-    """The column of the time, or the period [s] of a recording without one."""
-
-    column: ColumnName | None = None
-    unit: str = "s"
-    offset: Finite = 0.0
-    period: Seconds | None = None
-    jitter: Positive = 0.05
-
-    @model_validator(mode="after")
-    def _one(self) -> TimeEntry:
-        if self.column is None and self.period is None:
-            raise ValueError("no times, expected a column or a period")
-        return self
-
-
 def _integer(value: Any) -> Any:
     """Take an integer for what it is; what is none is left to the choice of -1 and 1."""
     try:
@@ -93,7 +132,11 @@ def _integer(value: Any) -> Any:
 
 
 class SignalEntry(Section):
-    """A column as a signal: sign * scale * column in `unit`; or the rate of another signal."""
+    """
+    A column as a signal: sign * scale * column in `unit`; or the rate of another signal.
+
+    `bits` reads counts in two's complement, `wraps` follows a counter over its ends.
+    """
 
     column: ColumnName | None = None
     unit: str = "1"
@@ -104,9 +147,13 @@ class SignalEntry(Section):
     remove_mean: Boolean = False
     lowpass: Positive | None = None
     rate_of: str | None = None
+    bits: Annotated[Integer, Field(ge=2, le=52)] | None = None
+    wraps: Boolean = False
 
     @model_validator(mode="after")
     def _one(self) -> SignalEntry:
+        if self.wraps and self.bits is None:
+            raise ValueError("wraps, got no bits, expected how many the counter has")
         if (self.column is None) == (self.rate_of is None):
             raise ValueError("a signal has either 'column' or 'rate_of'")
         if self.scale == 0.0:
@@ -191,6 +238,7 @@ class Case(Section):
         Field(min_length=1, examples=[{"run": "run.csv"}]),
     ]
     time: TimeEntry = Field(examples=[{"column": "t", "unit": "s"}])
+    resample: ResampleEntry | None = None
     signals: Annotated[dict[str, SignalEntry], Field(min_length=1, examples=[_EXAMPLE_OF_SIGNALS])]
     inputs: Annotated[
         dict[SignalKey, Annotated[InputEntry, BeforeValidator(_input), OrText()]],
@@ -200,6 +248,7 @@ class Case(Section):
         dict[SignalKey, str], Field(min_length=1, examples=[{"spacecraft.s_des": "position"}])
     ]
     refit: Annotated[dict[SignalKey, RefitEntry], OrEmpty] = {}
+    per_recording: list[SignalKey] = []
     set: Annotated[dict[SignalKey, GivenValue], OrEmpty] = {}
     starts: Annotated[dict[SignalKey, tuple[Finite, Finite]], OrEmpty] = {}
     slots: Annotated[
@@ -235,7 +284,7 @@ class LoadedCase:
         """Name a place in the file."""
         return self.document.where(place)
 
-    def file(self, entry: RecordingEntry) -> Path:
+    def file(self, entry: RecordingEntry | MergeEntry) -> Path:
         """
         Path of a recording, from the folder of the case or the variable in its name.
 
@@ -298,6 +347,7 @@ def _names(loaded: LoadedCase) -> list[Problem]:
     """Faults of names that must exist in the case itself."""
     case = loaded.case
     known = loaded.document.names_in("signals")
+    free = loaded.document.names_in("refit")
     recordings = loaded.document.names_in("recordings")
     uses: list[tuple[Place, str]] = [(("inputs", key), e.signal) for key, e in case.inputs.items()]
     uses += [(("compared", key), name) for key, name in case.compared.items()]
@@ -307,6 +357,16 @@ def _names(loaded: LoadedCase) -> list[Problem]:
         Problem("no such signal", where=loaded.where(*place), got=repr(name), expected=nearest(name, known))
         for place, name in uses
         if name not in known
+    ]
+    problems += [
+        Problem(
+            "no parameter to refit",
+            where=loaded.where("per_recording", i),
+            got=repr(name),
+            expected=nearest(name, free),
+        )
+        for i, name in enumerate(case.per_recording)
+        if name not in free
     ]
     with_column = [
         name for name in known if name not in case.signals or case.signals[name].column is not None
@@ -324,6 +384,17 @@ def _names(loaded: LoadedCase) -> list[Problem]:
     ]
     problems += [
         Problem(
+            "no signal with a column",
+            where=loaded.where("recordings", recording, "merge", *place),
+            got=repr(name),
+            expected=nearest(name, with_column),
+        )
+        for recording, entry in case.recordings.items()
+        for place, name in _of_merge(entry.merge)
+        if name not in with_column
+    ]
+    problems += [
+        Problem(
             "no such recording",
             where=loaded.where("split", part, i),
             got=repr(name),
@@ -334,6 +405,17 @@ def _names(loaded: LoadedCase) -> list[Problem]:
         if name not in recordings
     ]
     return problems + _uses(loaded)
+
+
+def _of_merge(entry: MergeEntry | None) -> list[tuple[Place, str]]:
+    """Signals that a second logger names, with their places below `merge`."""
+    if entry is None:
+        return []
+    shared = entry.delay.shared if isinstance(entry.delay, DelayEntry) else {}
+    return [
+        *((("signals", i), name) for i, name in enumerate(entry.signals)),
+        *((("delay", "shared", name), name) for name in shared),
+    ]
 
 
 def _uses(loaded: LoadedCase) -> list[Problem]:

@@ -45,6 +45,7 @@ def faults(loaded: LoadedCase, system: System, sources: Mapping[str, str]) -> li
         *_values(loaded, system),
         *_units(loaded, system),
         *_idle(loaded, system),
+        *_of_recordings(loaded, system),
     ]
 
 
@@ -159,6 +160,25 @@ def _values(loaded: LoadedCase, system: System) -> Iterator[str]:
             continue
         for fault in _bounds(entry, system.instances[SignalName(signal).instance], variable):
             yield f"{loaded.where('refit', signal)}: {fault}"
+
+
+def _of_recordings(loaded: LoadedCase, system: System) -> Iterator[str]:
+    """Values that a recording sets for itself."""
+    for recording, entry in loaded.case.recordings.items():
+        for signal, value in entry.set.items():
+            place = loaded.where("recordings", recording, "set", signal)
+            fmu, name = SignalName(signal).parts
+            variable = _variable(system, signal)
+            if fmu not in system.descriptions:
+                yield f"{place}: no such FMU, got {fmu!r}, {expected(fmu, system.descriptions)}"
+            elif variable is not None:
+                try:
+                    parse(variable, value)
+                except ValueError as error:
+                    yield f"{place}: value not allowed, got {shown(value)}, {error}"
+            elif fmu in system.instances:
+                known = system.instances[fmu].description.by_name
+                yield f"{place}: no such variable, got {name!r}, {expected(name, known)}"
 
 
 def _bounds(entry: RefitEntry, instance: Instance, variable: Variable) -> Iterator[str]:

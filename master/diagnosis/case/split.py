@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -130,6 +130,32 @@ def with_sealed_recordings(
     split = by_blocks(cut, pattern, guard, needed=("fit", "select"))
     whole = [Stretch(n, 0, lengths[n]) for n in sealed]
     return Split(split.fit, split.select, Sealed([*split.sealed.open(), *whole]))
+
+
+def over_pieces(split: Split, pieces: Mapping[str, Mapping[str, int]], least: int) -> Split:
+    """
+    Take the stretches of recordings to their pieces between gaps.
+
+    Args:
+        split: Of recordings, as if the pieces of each had no gap between them.
+        pieces: Recording to its pieces in time order and their rows.
+        least: Rows below which a stretch is left out.
+    """
+    fit, select, sealed = (
+        tuple(cut for s in stretches for cut in _over_pieces(s, pieces[s.recording], least))
+        for stretches in (split.fit, split.select, split.sealed.open())
+    )
+    return Split(fit, select, Sealed(sealed))
+
+
+def _over_pieces(s: Stretch, pieces: Mapping[str, int], least: int) -> Iterator[Stretch]:
+    first = 0
+    for name, n in pieces.items():
+        begin = max(s.begin - first, 0)
+        end = min(s.end - first, n)
+        if end - begin >= least or (end > begin and len(pieces) == 1):
+            yield Stretch(name, begin, end)
+        first += n
 
 
 def blocks(stretches: Sequence[Stretch], n: int) -> list[Stretch]:

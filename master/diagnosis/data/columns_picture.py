@@ -13,8 +13,8 @@ from master.pages.chart import EVENT, Chart, Curve
 from master.pages.picture import save
 from master.recording.folder import reason
 
+from .clock import GAP
 from .draft import Facts
-from .recordings import GAP
 
 MOST_COLUMNS = 24
 

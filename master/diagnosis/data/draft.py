@@ -16,7 +16,8 @@ from master.errors import DataError
 from master.fmi.unit_names import unit
 from master.recording.tables import Table, read_table
 
-from .recordings import FEWEST_SAMPLES, GAP, JITTER
+from .clock import GAP, JITTER
+from .recordings import FEWEST_SAMPLES
 
 _IN_NAME = re.compile(r"^(.*?)\s*[\[(]([^\])]+)[\])]$")
 _POSITION = re.compile(r"pos|disp|dist|stroke|way|^[xqsy]\b|^[xqsy]_", re.IGNORECASE)

@@ -1,9 +1,9 @@
-"""Recordings: columns of a file as signals in SI units on one even time grid, or all faults at once."""
+"""Recordings: columns of a file as signals in SI units on an even time grid, or all faults at once."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -13,10 +13,12 @@ from master.errors import DataError
 from master.fmi.unit_names import unit
 from master.recording.tables import Table, read_table, shortened
 
+from .clock import ClockRules, clock_of, coarsest_print
+from .counts import signed, unwrapped
+from .resample import Method, resampled
+
 FEWEST_SAMPLES = 200  # of a recording: below, no part of it says anything
-JITTER = 0.05  # of a step, by which it may differ from the usual one
-GAP = 1.5  # of the usual step: a longer one is a gap
-CLOCK_TOLERANCE = 1e-3  # of the sampling period, by which the mean step may differ
+FEWEST_OF_PIECE = 100  # between two gaps: shorter pieces are left out
 LEAST_RATE = 0.5  # slope of a rate's integral over its signal: no two units differ by so little
 LARGEST_RATE = 2.0
 CLOCK = "(time of the row)"  # name of a column that is made where there is none
@@ -24,13 +26,19 @@ CLOCK = "(time of the row)"  # name of a column that is made where there is none
 
 @dataclass(frozen=True)
 class Column:
-    """How a column becomes a signal: sign * scale * column, from `unit` to SI, minus `offset` [SI]."""
+    """
+    How a column becomes a signal: sign * scale * column, from `unit` to SI, minus `offset` [SI].
+
+    `bits` is the width of a counter in two's complement; `wraps` follows it over its ends.
+    """
 
     column: str
     unit: str
     scale: float = 1.0
     sign: int = 1
     offset: float = 0.0
+    bits: int | None = None
+    wraps: bool = False
 
 
 @dataclass(frozen=True)
@@ -38,31 +46,51 @@ class Rules:
     """
     What a recording must keep.
 
-    `period` [s] is what its clock should say (None: not known), `start` the time [s] of its first row.
-    `rates` maps a signal to the one that is its time derivative.
+    `clock` are the rules of its times. `rates` maps a signal to the one that is its time derivative.
     """
 
     fewest: int = FEWEST_SAMPLES
-    period: float | None = None
-    start: float | None = 0.0
-    jitter: float = JITTER
+    clock: ClockRules = field(default_factory=ClockRules)
     rates: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
 class Recording:
-    """Signals in SI units, shape (n,) each, at times t [s] with the period [s]."""
+    """
+    Signals in SI units, shape (n,) each, at times t [s] with the period [s].
+
+    `entry` is the recording of the case that it is a piece of, `notes` what was done to how many of its rows,
+    `given` the values `fmu.variable` that hold for it alone.
+    """
 
     name: str
     t: Array
     signals: Mapping[str, Array]
     period: float
+    entry: str = ""
+    notes: tuple[str, ...] = ()
+    given: Mapping[str, float] = field(default_factory=dict)
 
     def __len__(self) -> int:
         return len(self.t)
 
     def __getitem__(self, signal: str) -> Array:
         return self.signals[signal]
+
+
+@dataclass(frozen=True)
+class Rows:
+    """
+    Signals in SI units at times t [s] of a clock, shape (n,) each, in `pieces` (begin, end) between gaps.
+
+    `period` [s] is the mean step, `notes` say what was done to how many rows.
+    """
+
+    t: Array
+    pieces: tuple[tuple[int, int], ...]
+    period: float
+    signals: Mapping[str, Array]
+    notes: tuple[str, ...] = ()
 
 
 def read(
@@ -75,11 +103,30 @@ def read(
     rows: tuple[int, int] | None = None,
 ) -> Recording:
     """
-    Read a recording; nothing is resampled, filled or cut.
+    Read a recording without gaps; the arguments are those of `read_rows`.
+
+    Raises:
+        DataError: With every fault, row and column.
+    """
+    found = read_rows(path, time, columns, rules=rules, array=array, rows=rows)
+    return Recording(array or Path(path).stem, found.t, found.signals, found.period, notes=found.notes)
+
+
+def read_rows(
+    path: str | Path,
+    time: Column | None,
+    columns: Mapping[str, Column],
+    *,
+    rules: Rules | None = None,
+    array: str | None = None,
+    rows: tuple[int, int] | None = None,
+) -> Rows:
+    """
+    Read the rows of a file; nothing is resampled, filled or cut.
 
     Args:
         path: File of a format in `master.recording.tables.FORMATS`.
-        time: Column of the time; None: rows are `rules.period` apart.
+        time: Column of the time; None: rows are `rules.clock.period` apart.
         columns: Signal to column.
         rules: What the recording must keep.
         array: Name of a two-dimensional array in an NPZ, MAT or HDF5.
@@ -100,12 +147,76 @@ def read(
     ]
     if problems:
         raise DataError("\n".join(problems))
-    signals: dict[str, Array] = {n: _signal(table.columns[c.column], c) for n, c in sources.items()}
+    notes = [f"{note}" for note in table.notes]
+    signals: dict[str, Array] = {}
+    for name, column in sources.items():
+        values = _counted(table.columns[column.column], column, where, notes, problems)
+        signals[name] = _signal(values, column)
     t = signals.pop("time")
-    problems = [*_time_faults(t, rules, table, where), *_rate_faults(t, signals, rules, where)]
+    if len(t) < max(rules.fewest, 3):
+        problems.append(f"{where}: too few samples, got {len(t)}, expected at least {rules.fewest}")
     if problems:
         raise DataError("\n".join(problems))
-    return Recording(array or table.path.stem, t, signals, float((t[-1] - t[0]) / (len(t) - 1)))
+    printed = coarsest_print(table.columns[time.column]) if time.column not in table.dates else None
+    if printed is not None:
+        printed = np.abs(time.scale) * unit(time.unit).factor * printed
+    clock = clock_of(t, printed, rules.clock, where, table.first_row)
+    pieces = [slice(begin, end) for begin, end in clock.pieces]
+    problems += clock.problems
+    for piece in pieces:
+        problems += _rate_faults(clock.t[piece], {n: v[piece] for n, v in signals.items()}, rules, where)
+    if problems:
+        raise DataError("\n".join(dict.fromkeys(problems)))
+    return Rows(clock.t, clock.pieces, clock.period, signals, (*notes, *clock.notes))
+
+
+def pieces_of(
+    rows: Rows, name: str, where: str, *, period: float | None = None, method: Method | None = None
+) -> list[Recording]:
+    """
+    Cut rows at their gaps into recordings, resampled where a method is given.
+
+    Args:
+        rows: What was read.
+        name: Name of the recording; pieces are called `name[1]`, `name[2]`, ...
+        where: File, for what is wrong.
+        period: Distance of new rows [s]; None: the mean of the old ones.
+        method: How rows are resampled; None: they stay.
+
+    Raises:
+        DataError: If no piece is long enough.
+    """
+    pieces = []
+    n_short = 0
+    notes: list[str] = []
+    for begin, end in rows.pieces:
+        t = rows.t[begin:end]
+        signals: Mapping[str, Array] = {n: v[begin:end] for n, v in rows.signals.items()}
+        if len(t) < FEWEST_OF_PIECE:
+            n_short += len(t)
+            continue
+        distance = rows.period if method is None else period or rows.period
+        if method is not None:
+            made = resampled(t, signals, distance, method)
+            t = made.t
+            signals = made.signals
+            notes.append(made.note)
+        pieces.append(Recording(name, t, signals, distance, entry=name))
+    if n_short:
+        notes.append(f"left out: {n_short} rows of pieces with fewer than {FEWEST_OF_PIECE} between gaps")
+    if not pieces:
+        longest = max((end - begin for begin, end in rows.pieces), default=0)
+        raise DataError(
+            f"{where}: got no piece between gaps of more than {longest} rows, expected {FEWEST_OF_PIECE} "
+            f"or more"
+        )
+    told = (*rows.notes, *notes)
+    if len(pieces) == 1:
+        return [replace(pieces[0], notes=told)]
+    return [
+        replace(piece, name=f"{name}[{i}]", notes=told if i == 1 else ())
+        for i, piece in enumerate(pieces, start=1)
+    ]
 
 
 def _cut(table: Table, rows: tuple[int, int] | None, where: str) -> Table:
@@ -120,11 +231,30 @@ def _cut(table: Table, rows: tuple[int, int] | None, where: str) -> Table:
 
 def _clock(table: Table, rules: Rules) -> Column:
     """Add a column of times where the recording has none."""
-    if rules.period is None:
+    if rules.clock.period is None:
         raise DataError(f"{table.path}: no time, expected a column or a period")
     longest = max((len(values) for values in table.columns.values()), default=0)
-    table.columns[CLOCK] = np.asarray(np.arange(longest) * rules.period, dtype=np.float64)
+    table.columns[CLOCK] = np.asarray(np.arange(longest) * rules.clock.period, dtype=np.float64)
     return Column(CLOCK, "s")
+
+
+def _counted(values: Array, c: Column, where: str, notes: list[str], problems: list[str]) -> Array:
+    """Counts in two's complement as numbers with a sign, followed over the ends of their counter."""
+    if c.bits is None:
+        return values
+    try:
+        counts = signed(values, c.bits)
+        if c.wraps:
+            counts = unwrapped(counts, c.bits)
+    except ValueError as error:
+        problems.append(f"{where}: column {c.column!r}: {error}")
+        return values
+    n = int(np.sum(counts != values))
+    over = " and followed over its ends" if c.wraps else ""
+    notes.append(
+        f"{c.column!r}: read as {c.bits} bits in two's complement{over}, {n} of {len(values)} rows changed"
+    )
+    return counts
 
 
 def _signal(values: Array, c: Column) -> Array:
@@ -178,54 +308,6 @@ def _cells(table: Table, sources: Mapping[str, Column], where: str) -> list[str]
             for i in bad
         ]
         problems += shortened(faults, f"in column {column!r}")
-    return problems
-
-
-def _time_faults(t: Array, rules: Rules, table: Table, where: str) -> list[str]:
-    if len(t) < max(rules.fewest, 3):
-        return [f"{where}: too few samples, got {len(t)}, expected at least {rules.fewest}"]
-    steps = np.diff(t)
-    back = np.flatnonzero(steps <= 0.0)
-    rows = back + 1 + table.first_row
-    problems = [
-        f"{where}: row {row}: time goes from {t[i]:.9g} to {t[i + 1]:.9g} s, expected it to grow"
-        for i, row in zip(back, rows, strict=True)
-    ]
-    return [
-        *shortened(problems, "steps back"),
-        *_step_faults(t, steps, rules, table, where),
-        *_clock_faults(t, steps, rules, where),
-    ]
-
-
-def _step_faults(t: Array, steps: Array, rules: Rules, table: Table, where: str) -> list[str]:
-    usual = float(np.median(np.abs(steps)))
-    is_back = steps <= 0.0
-    is_known = is_back | np.concatenate([[False], is_back[:-1]])  # a step back, and what makes up for it
-    is_gap = (steps > GAP * usual) & ~is_known
-    is_jitter = (np.abs(steps - usual) > rules.jitter * usual) & ~is_gap & ~is_known
-    problems: list[str] = []
-    for chosen, what in ((is_gap, "gap"), (is_jitter, "jitter")):
-        faults = [
-            f"{where}: row {i + 1 + table.first_row}: {what}, got a step of {steps[i]:.6g} s after "
-            f"t={t[i]:.9g} s, expected {usual:.6g} s"
-            for i in np.flatnonzero(chosen)
-        ]
-        problems += shortened(faults, f"rows with {what}")
-    return problems
-
-
-def _clock_faults(t: Array, steps: Array, rules: Rules, where: str) -> list[str]:
-    problems = []
-    period = float(np.median(steps))
-    if rules.start is not None and abs(t[0] - rules.start) > 0.5 * period:
-        problems.append(
-            f"{where}: clock offset, got a first time of {t[0]:.9g} s, expected {rules.start:.9g} s "
-            "(give the time column an offset)"
-        )
-    mean = float((t[-1] - t[0]) / len(steps))
-    if rules.period is not None and abs(mean / rules.period - 1.0) > CLOCK_TOLERANCE:
-        problems.append(f"{where}: sampling period, got {mean:.9g} s, expected {rules.period:.9g} s")
     return problems
 
 

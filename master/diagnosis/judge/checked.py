@@ -24,7 +24,11 @@ class CheckedPart:
 
 @dataclass(frozen=True)
 class CheckedCase:
-    """What a case holds: rows of each recording, their period [s], rows to fit and select by, parts."""
+    """
+    What a case holds: rows of each recording, their period [s], rows to fit and select by, parts.
+
+    `notes` say by recording what was done to how many of its rows.
+    """
 
     name: str
     rows: dict[str, int]
@@ -32,6 +36,7 @@ class CheckedCase:
     n_fit: int
     n_select: int
     parts: tuple[CheckedPart, ...]
+    notes: dict[str, tuple[str, ...]]
 
     @property
     def rows_of_one_pass(self) -> int:
@@ -60,4 +65,5 @@ def check_case(path: Path, progress: catalogue.Progress = catalogue.silent) -> C
         n_fit=sum(map(len, split.fit)),
         n_select=sum(map(len, split.select)),
         parts=tuple(parts),
+        notes={name: r.notes for name, r in recordings.items() if r.notes},
     )

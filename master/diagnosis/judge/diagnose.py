@@ -13,11 +13,13 @@ from master.diagnosis.adequacy.channels import Judge
 from master.diagnosis.case.case import Case, LoadedCase
 from master.diagnosis.case.cut import CutPart, CutSystem
 from master.diagnosis.case.split import (
+    PARTS,
     Split,
     Stretch,
     blocks,
     by_blocks,
     by_recording,
+    over_pieces,
     with_sealed_recordings,
 )
 from master.diagnosis.data.measured_signals import opened
@@ -33,6 +35,7 @@ from master.diagnosis.search.deadline import Deadline, TimeIsUpError
 from master.diagnosis.search.extended_model import ExtendedModel
 from master.diagnosis.search.limits import named_by_limits
 from master.diagnosis.search.rounds import search
+from master.diagnosis.search.several_slots import with_laws_in_several_slots
 from master.diagnosis.search.simplify import with_rewritings
 from master.diagnosis.search.study import Progress, base_parameters, begin
 from master.errors import ConfigError, DataError, FmuError
@@ -47,10 +50,11 @@ from .part_result import PartResult
 from .plausible import implausible
 from .refit import refitted
 from .sharp_reversals import with_sharp_reversals
-from .software_fault import is_software, software_fault, ticks_between_rows
+from .software_fault import is_software, software_fault, ticks_between_rows, unknown_rows
 from .stages import REFIT, Stage
 
 N_BLOCKS = 12  # that select
+FEWEST_OF_STRETCH = 20  # rows next to a gap
 CONTRADICTING = ("sign", "size")  # faults of a channel that are told whatever explains them
 MOVED = 3.0  # standard deviations: a parameter that differs from the system's value
 LEAST_DEVIATION = 1e-12  # of the scale, where a fit is exact
@@ -156,17 +160,22 @@ def split_of(loaded: LoadedCase, recordings: Mapping[str, Recording]) -> Split:
     entry = loaded.case.split
     cut = loaded.case.replay.cut
     every = loaded.case.replay.decimate
-    lengths = {name: -(-(len(r) - 2 * cut) // every) for name, r in recordings.items()}
-    row_period = next(r for name, r in recordings.items() if name not in entry.sealed).period * every
+    pieces: dict[str, dict[str, int]] = {}
+    for name, r in recordings.items():
+        pieces.setdefault(r.entry or name, {})[name] = -(-(len(r) - 2 * cut) // every)
+    lengths = {name: sum(own.values()) for name, own in pieces.items()}
+    row_period = next(iter(recordings.values())).period * every
+    guard = round(entry.guard / row_period)
     try:
         if entry.blocks is None:
-            return by_recording(lengths, {"fit": entry.fit, "select": entry.select, "sealed": entry.sealed})
-        guard = round(entry.guard / row_period)
-        if entry.sealed:
-            return with_sealed_recordings(lengths, entry.blocks, guard, entry.sealed)
-        return by_blocks(lengths, entry.blocks, guard)
+            split = by_recording(lengths, {p: getattr(entry, p) for p in PARTS})
+        elif entry.sealed:
+            split = with_sealed_recordings(lengths, entry.blocks, guard, entry.sealed)
+        else:
+            split = by_blocks(lengths, entry.blocks, guard)
     except DataError as error:
         raise ConfigError(f"{loaded.where('split')}: {line}" for line in str(error).splitlines()) from None
+    return over_pieces(split, pieces, max(guard, FEWEST_OF_STRETCH))
 
 
 def _with_best_rows(
@@ -209,12 +218,13 @@ def _begun(
     """Replay and refit one part; recordings that are sealed as a whole are not looked at."""
     part = pool.part
     progress(f"{part.name}: replay and refit")
-    unsealed = {name: r for name, r in recordings.items() if name not in case.split.sealed}
+    unsealed = {name: r for name, r in recordings.items() if (r.entry or name) not in case.split.sealed}
     bench = ReplayBench(part, unsealed, case, fitted={s.recording for s in split.fit})
     rows = bench.in_use & _rows(bench, split.fit)
     held_out = [_slice(bench, s) for s in blocks(split.select, N_BLOCKS)]
     held_out = [s for s in held_out if bench.in_use[s].all()]
-    base = base_parameters(case, system, part.fmus)
+    seen = dict.fromkeys(unsealed[s.recording].entry or s.recording for s in split.fit)
+    base = base_parameters(case, system, part.fmus, list(seen))
     study, fitted = begin(system, bench, pool, base, rows, held_out, progress)
     nominal = study.simulate((), {}, everything=True)
     return PartResult(study, nominal, fitted, ExtendedModel(), fitted, is_exact=study.is_exact)
@@ -236,6 +246,9 @@ def _searched(begun: PartResult, system: CutSystem, case: Case, deadline: Deadli
             judge = Judge(study, begun.base.values, begun.base.predicted)
             refit = Stage(REFIT, judge.judge(begun.base.predicted, thorough=False))
             return replace(begun, stages=(refit,), software_fault=fault)
+        why = unknown_rows(study, begun.base.values, begun.base.predicted)
+        if fault is not None and why:
+            return replace(begun, unknown=why)
         begun = replace(begun, software_fault=fault)
     effects = candidates(system, study.bench.part, case.slots)
     study.say("what is left, and what still predicts it")
@@ -272,6 +285,8 @@ def _explained(result: PartResult, effects: Sequence[PlacedEffect], judge: Judge
     named = search(study, result.base, effects, is_adequate=is_adequate)
     result = replace(result, search=named, chosen=named.model, fit=named.fit)
     try:
+        named = with_laws_in_several_slots(study, named, effects, is_adequate)
+        result = replace(result, search=named, chosen=named.model, fit=named.fit)
         named = named_by_limits(study, with_rewritings(study, named, effects), effects)
         return named_or_learned(result, named, places, judge)
     except TimeIsUpError:

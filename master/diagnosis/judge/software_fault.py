@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.optimize import least_squares
 
-from master.diagnosis.numerics.arrays import TINY, Array
+from master.diagnosis.numerics.arrays import TINY, Array, Mask
 from master.diagnosis.numerics.noise_floor import step_of
 from master.diagnosis.search.study import EXACT, Study
 from master.fmi.description import Kind
@@ -25,6 +25,12 @@ from master.fmi.description import Kind
 TICKS = (1, -1, 2, -2, 3, -3)
 HELD = (2, 3, 4, 5, 10)  # ticks that a stale value is held
 NOTHING_LEFT = 1e-3  # of the residual before: what a fault leaves that explains it
+FEW_ROWS = 0.05  # of all, that a logger may have dropped
+MOST_ROWS = 0.9  # of those that do not replay
+AFTER_DROPPED = 3  # rows in which a dropped one shows as well
+UNIFORM = 12.0**-0.5  # deviation of a rounding error over the step
+OF_ROUNDING = 1.5  # what is left over what rounding makes: up to here it is rounding
+DRAWS = 3  # replays with noise of the size of the rounding
 EVALUATIONS = 30
 DIFFERENCE = 1e-4  # of a parameter, for a derivative
 SAME_PERIOD = 0.01  # relative difference of two periods that are one
@@ -96,6 +102,48 @@ def ticks_between_rows(study: Study) -> list[str]:
         if 0.0 < tick < study.bench.period * (1.0 - SAME_PERIOD):
             found.append(fmu)
     return found
+
+
+def unknown_rows(study: Study, values: Mapping[str, float], predicted: Array) -> str:
+    """
+    Say why a part of software that does not replay to rounding may have no fault; empty if it has one.
+
+    Where rows alone do not replay in which the recording of an input did not move, and those after them, a
+    logger dropped what drove it there. Where all that was recorded was printed short, rounding may be left.
+
+    Args:
+        study: The part.
+        values: Of its parameters, by `fmu.variable`.
+        predicted: Its replay with them, shape (rows, outputs).
+    """
+    rows = study.bench.in_use
+    size = np.maximum(study.measured[rows].std(axis=0), TINY)
+    left = np.abs(np.nan_to_num((study.measured - predicted)[rows], nan=np.inf))
+    odd = (left > EXACT * size).any(axis=1)
+    dropped = _is_dropped(study)[rows]
+    if odd.any() and dropped.mean() < FEW_ROWS and dropped[odd].mean() > MOST_ROWS:
+        return (
+            f"{100.0 * odd.mean():.2g} % of the rows do not replay, those in which an input was recorded as "
+            "it was before and the ones after; all others do: the recording lacks what drove it there"
+        )
+    steps = [step_of(study.bench.signal(m.signal)) for m in study.bench.part.columns]
+    own = np.array([step_of(study.measured[rows, i]) for i in range(study.measured.shape[1])])
+    if not steps or min(steps) <= 0.0 or own.min() <= 0.0:
+        return ""
+    changes = study.replayed_with_noise(values, [UNIFORM * step for step in steps], DRAWS)[:, rows]
+    rounding = np.hypot(np.sqrt(np.nanmean(changes**2, axis=(0, 1))), UNIFORM * own)
+    if np.any(np.sqrt(np.mean(left**2, axis=0)) > OF_ROUNDING * rounding):
+        return ""
+    return "all that was recorded of it was printed short, and what is left is that rounding"
+
+
+def _is_dropped(study: Study) -> Mask:
+    """Rows in which an input of a part was recorded as in the row before, and the next few, shape (rows,)."""
+    bench = study.bench
+    inputs = np.column_stack([bench.compared_rows(bench.signal(m.signal)) for m in bench.part.columns])
+    stays = np.zeros(len(inputs), dtype=bool)
+    stays[1:] = (np.diff(inputs, axis=0) == 0.0)[:, np.ptp(inputs, axis=0) > 0.0].any(axis=1)
+    return np.asarray(np.convolve(stays, np.ones(1 + AFTER_DROPPED))[: len(stays)] > 0.0)
 
 
 def software_fault(study: Study, values: Mapping[str, float], predicted: Array) -> SoftwareFault | None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -49,15 +50,19 @@ class Folds:
         return np.flatnonzero(self.block >= 0)
 
     def __iter__(self) -> Iterator[Fold]:
-        groups = range(N_GROUPS)
-        for g in groups:
-            inner = (g + 1) % N_GROUPS
-            yield Fold(
-                held_out=self._of_groups([g]),
-                fitted=self._away_from([g]),
-                inner_held_out=np.flatnonzero(self._mask([inner]) & ~self._near([g])),
-                inner_fitted=self._away_from([g, inner]),
-            )
+        return iter(self._folds)
+
+    @cached_property
+    def _folds(self) -> tuple[Fold, ...]:
+        return tuple(self._fold(g, (g + 1) % N_GROUPS) for g in range(N_GROUPS))
+
+    def _fold(self, group: int, inner: int) -> Fold:
+        return Fold(
+            held_out=self._of_groups([group]),
+            fitted=self._away_from([group]),
+            inner_held_out=np.flatnonzero(self._mask([inner]) & ~self._near([group])),
+            inner_fitted=self._away_from([group, inner]),
+        )
 
     def _mask(self, groups: Sequence[int]) -> Mask:
         return np.asarray((self.block >= 0) & np.isin(self.block % N_GROUPS, groups))

@@ -90,6 +90,7 @@ def fit(
     output_scale: Array | None = None,
     evaluations: int = 30,
     tolerance: float = 1e-9,
+    is_sketch: bool = False,
 ) -> Fit:
     """
     Fit a candidate to a measurement.
@@ -101,6 +102,7 @@ def fit(
         output_scale: Scale of each output, shape (outputs,); deviation of the measurement if None.
         evaluations: Largest number of residual evaluations from each start, without those for the gradient.
         tolerance: Relative change of the cost at which the search stops.
+        is_sketch: Whether values and cost are all that is asked for; deviations and prediction are empty.
     """
     rows: Mask = np.asarray(in_use, dtype=bool)
     scale = _deviation(measured, rows) if output_scale is None else output_scale
@@ -126,6 +128,10 @@ def fit(
         if best is None or solution.cost < best.cost:
             best = solution
     assert best is not None
+    if is_sketch:
+        names = [p.name for p in candidate.parameters]
+        values = dict(zip(names, (best.x * problem.scale).tolist(), strict=True))
+        return Fit(candidate.name, values, {}, measured[:0], float(best.cost), problem.n_simulations)
     return problem.result(best.x, np.asarray(best.jac), float(best.cost))
 
 

@@ -39,42 +39,49 @@ def penalised(matrix: Array, left: Array, penalty: Array, centre: Array) -> Arra
     return np.asarray(np.linalg.lstsq(normal, right, rcond=RANK)[0])
 
 
-def bounded_below(
-    residual: Array,
-    columns: Sequence[Array],
-    prior: Array,
-    prior_left: Array,
-    responses: Sequence[Array],
-    low: Sequence[float],
-) -> Regressed:
+class Background:
     """
-    Regress a residual on columns that are free and responses whose factors have a lower bound.
-
-    A response with a factor below its bound is left out, and its factor is zero.
+    What a residual is regressed on in any case, decomposed once for all responses that are tried with it.
 
     Args:
         residual: Shape (n,).
         columns: Free ones, shape (n,) each.
         prior: Square root of the penalties on them, shape (columns, columns).
         prior_left: What the penalised factors should be, shape (columns,).
-        responses: Shape (n,) each.
-        low: Lowest factor of each response.
     """
-    n = len(columns)
-    keep = list(range(len(responses)))
-    target = np.concatenate([residual, prior_left])
-    while True:
-        matrix = np.column_stack([*columns, *(responses[i] for i in keep)] or [np.zeros_like(residual)])
-        below = np.zeros((n, matrix.shape[1]))
-        below[:, :n] = prior
-        whole = np.vstack([matrix, below])
-        solution = np.linalg.lstsq(whole, target, rcond=RANK_OF_RESPONSES)[0]
-        own = solution[n : n + len(keep)]
-        wrong = [i for i, factor in zip(keep, own, strict=True) if factor < low[i]]
-        if not wrong:
-            break
-        keep = [i for i in keep if i not in wrong]
-    factors = np.zeros(len(responses))
-    factors[keep] = own
-    left = target - whole @ solution
-    return Regressed(float(left @ left), factors)
+
+    def __init__(self, residual: Array, columns: Sequence[Array], prior: Array, prior_left: Array) -> None:
+        target = np.concatenate([residual, prior_left])
+        whole = np.vstack([np.column_stack(columns), prior]) if columns else np.zeros((len(target), 0))
+        left, sizes, _ = np.linalg.svd(whole, full_matrices=False)
+        self.basis = left[:, sizes > RANK_OF_RESPONSES * sizes.max(initial=0.0)]
+        self.n = len(residual)
+        self.target = target - self.basis @ (self.basis.T @ target)
+        self.power = float(self.target @ self.target)
+
+    def regressed(self, responses: Sequence[Array], low: Sequence[float]) -> Regressed:
+        """
+        Regress on responses, shape (n,) each, whose factors have a lower bound.
+
+        A response with a factor below its bound is left out, and its factor is zero.
+        """
+        factors = np.zeros(len(responses))
+        own = [self._without_background(r) for r in responses]
+        keep = list(range(len(responses)))
+        while keep:
+            matrix = np.column_stack([own[i] for i in keep])
+            found = np.linalg.lstsq(matrix.T @ matrix, matrix.T @ self.target, rcond=RANK)[0]
+            wrong = [i for i, factor in zip(keep, found, strict=True) if factor < low[i]]
+            if not wrong:
+                left = self.target - matrix @ found
+                factors[keep] = found
+                return Regressed(float(left @ left), factors)
+            keep = [i for i in keep if i not in wrong]
+        return Regressed(self.power, factors)
+
+    def _without_background(self, response: Array) -> Array:
+        """What the free columns cannot make of a response; nothing where that is rounding."""
+        rest = -self.basis @ (self.basis[: self.n].T @ response)
+        rest[: self.n] += response
+        is_rounding = rest @ rest <= RANK_OF_RESPONSES**2 * (response @ response)
+        return np.zeros_like(rest) if is_rounding else rest

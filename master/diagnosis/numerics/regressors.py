@@ -20,14 +20,16 @@ import numpy as np
 from sklearn.ensemble import HistGradientBoostingRegressor
 from threadpoolctl import threadpool_limits
 
-from .arrays import TINY, Array, Integers
+from .arrays import TINY, Array, Integers, Mask
 from .folds import Fold, Folds
 
 RIDGES = np.logspace(-6, 2, 9)  # over the number of rows, for columns of deviation 1
-MOST_ROWS = 4000  # that a regression is fitted on
+MOST_ROWS = 16000  # that a regression uses
+LEAST_VARIANCE = 1e-12  # of a column on the rows that are fitted on, over that on all
 N_TREES = 60
 LEAVES = 15
 FEWEST_IN_LEAF = 60
+BINS_OF_TREES = 63  # over a signal: about as many rows in each as a leaf needs
 RATE = 0.2  # of the boosting
 MOST_ROWS_OF_TREES = 2500
 PADDING = 4  # of a spectrum: its lines are this much finer than the time allows
@@ -60,13 +62,14 @@ def ridge(residual: Array, columns: Array, folds: Folds) -> HeldOut:
         folds: Blocks of rows.
     """
     explained = np.full(len(residual), np.nan)
-    for fold in folds:
-        inner = _Ridge(residual, columns, _thinned(fold.inner_fitted, MOST_ROWS))
-        tried = inner.predict(columns[fold.inner_held_out], RIDGES.tolist())
+    sums = _Sums(residual, columns, folds)
+    for i, fold in enumerate(folds):
+        inner = _Ridge(sums.of_inner(i))
+        tried = inner.predict(sums.standard[fold.inner_held_out], RIDGES.tolist())
         wanted = residual[fold.inner_held_out]
         best = int(np.argmin(np.sum((wanted[:, None] - tried) ** 2, axis=0)))
-        model = _Ridge(residual, columns, _thinned(fold.fitted, MOST_ROWS))
-        predicted = model.predict(columns[fold.held_out], [RIDGES[best]])[:, 0]
+        model = _Ridge(sums.of_fitted(i))
+        predicted = model.predict(sums.standard[fold.held_out], [RIDGES[best]])[:, 0]
         explained[fold.held_out] = _trust(wanted, tried[:, best]) * predicted
     return HeldOut(explained)
 
@@ -87,6 +90,7 @@ def _grown(residual: Array, columns: Array, rows: Integers) -> HistGradientBoost
         max_leaf_nodes=LEAVES,
         min_samples_leaf=min(FEWEST_IN_LEAF, max(5, len(kept) // 20)),
         learning_rate=RATE,
+        max_bins=BINS_OF_TREES,
         early_stopping=False,
         random_state=0,
     )
@@ -152,24 +156,67 @@ def line_over(residual: Array, values: Array, folds: Folds) -> HeldOut:
     return HeldOut(explained, float(np.median(found)))
 
 
-class _Ridge:
-    """Normal equations of standardised columns, decomposed once for all penalties."""
+class _Sums:
+    """
+    Sums of products of 1, the columns and the residual, over rows that the folds treat alike.
 
-    def __init__(self, residual: Array, columns: Array, rows: Integers) -> None:
-        own = columns[rows]
-        self.mean = own.mean(axis=0)
-        self.scale = np.where(own.std(axis=0) > 0.0, own.std(axis=0), 1.0)
-        self.offset = float(residual[rows].mean())
-        self.n = len(rows)
-        standard = (own - self.mean) / self.scale
-        values, self.vectors = np.linalg.eigh(standard.T @ standard)
+    Each row is multiplied once; what a fold is fitted on are sums of these sums. `standard` are the columns
+    over all rows, less their mean and over their deviation.
+    """
+
+    def __init__(self, residual: Array, columns: Array, folds: Folds) -> None:
+        rows = folds.rows
+        deviation = columns[rows].std(axis=0)
+        self.standard = (columns - columns[rows].mean(axis=0)) / np.where(deviation > 0.0, deviation, 1.0)
+        used = np.zeros(len(residual), dtype=bool)
+        used[_thinned(rows, MOST_ROWS)] = True
+        kind = np.zeros(len(residual), dtype=np.int64)
+        for i, fold in enumerate(folds):
+            kind[fold.fitted] |= 1 << 2 * i
+            kind[fold.inner_fitted] |= 2 << 2 * i
+        self.kinds = np.unique(kind[used])
+        self.products = [self._products(residual, used & (kind == own)) for own in self.kinds]
+
+    def _products(self, residual: Array, rows: Mask) -> Array:
+        own = self.standard[rows]
+        whole = np.column_stack([np.ones(len(own)), own, residual[rows]])
+        return np.asarray(whole.T @ whole)
+
+    def of_fitted(self, i: int) -> Array:
+        """Sums over the rows that the fold i is fitted on, shape (columns + 2,) squared."""
+        return self._sum(1 << 2 * i)
+
+    def of_inner(self, i: int) -> Array:
+        """Sums over the rows that it is fitted on while its penalty is chosen."""
+        return self._sum(2 << 2 * i)
+
+    def _sum(self, bit: int) -> Array:
+        size = self.standard.shape[1] + 2
+        own = (p for kind, p in zip(self.kinds, self.products, strict=True) if kind & bit)
+        return sum(own, start=np.zeros((size, size)))
+
+
+class _Ridge:
+    """Normal equations of standardised columns from sums of products, decomposed once for all penalties."""
+
+    def __init__(self, sums: Array) -> None:
+        self.n = max(float(sums[0, 0]), 1.0)
+        self.mean = sums[0, 1:-1] / self.n
+        self.offset = float(sums[0, -1]) / self.n
+        normal = sums[1:-1, 1:-1] - self.n * np.outer(self.mean, self.mean)
+        target = sums[1:-1, -1] - self.n * self.mean * self.offset
+        variance = np.diag(normal) / self.n
+        moves = variance > LEAST_VARIANCE  # a spline may rest wherever it is fitted
+        self.over_scale = np.where(moves, 1.0 / np.sqrt(np.where(moves, variance, 1.0)), 0.0)
+        values, self.vectors = np.linalg.eigh(normal * np.outer(self.over_scale, self.over_scale))
         self.values = np.maximum(values, 0.0)
-        self.target = self.vectors.T @ (standard.T @ (residual[rows] - self.offset))
+        self.target = self.vectors.T @ (target * self.over_scale)
 
     def predict(self, columns: Array, penalties: Sequence[float]) -> Array:
         """Predictions for several penalties, shape (rows, penalties)."""
         weights = self.target[:, None] / (self.values[:, None] + self.n * np.asarray(penalties)[None, :])
-        return np.asarray(self.offset + ((columns - self.mean) / self.scale) @ (self.vectors @ weights))
+        factors = self.over_scale[:, None] * (self.vectors @ weights)
+        return np.asarray(self.offset + columns @ factors - self.mean @ factors)
 
 
 def _trust(residual: Array, predicted: Array) -> float:

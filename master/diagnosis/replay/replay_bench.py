@@ -17,8 +17,9 @@ from master.diagnosis.data.recordings import Recording
 from master.diagnosis.numerics.arrays import Array, Mask
 from master.text.signal_name import SignalName
 
+from .own_values import not_fitted, of_recording
 from .replayer import Player, ReplayFailure
-from .start_values import Bounds, StartEstimate, by_grid, by_steps
+from .start_values import Bounds, StartEstimate, by_fit, by_grid, by_steps
 
 
 @dataclass(frozen=True)
@@ -57,6 +58,11 @@ class ReplayBench:
         self.period = next(iter(recordings.values())).period
         self.outputs = list(part.compared)
         self.starts: Bounds = {k: v for k, v in case.starts.items() if SignalName(k).instance in part.fmus}
+        self.own: Bounds = {
+            key: (case.refit[key].low, case.refit[key].high)
+            for key in case.per_recording
+            if SignalName(key).instance in part.fmus
+        }
         windows = [w for fmu, w in self.options.windows.items() if fmu in part.fmus]
         self.is_windowed = bool(windows)
         self.segments = [s for r in recordings.values() for s in _segments(r, windows)]
@@ -66,6 +72,7 @@ class ReplayBench:
         self.lengths = {name: len(values) for name, values in compared.items()}
         self.measured = self._joined(compared)
         self.in_use = self._in_use()
+        self._inverses: dict[tuple[Player, Segment], Array | None] = {}
 
     @property
     def name(self) -> str:
@@ -105,6 +112,11 @@ class ReplayBench:
             played = self._play(player, self._with_starts(player, values, s), s)
             outputs[s.recording][s.begin : s.end] = played[: len(s), places]
         return outputs
+
+    def values_in(self, values: Values, recording: str) -> Values:
+        """Values that hold in one recording: with those that it has for itself."""
+        r = self.recordings[recording]
+        return of_recording(values, r.entry or recording, r.given)
 
     def with_inputs(self, change: Callable[[Array], Array]) -> ReplayBench:
         """Return the same with other inputs: `change` takes and returns a table (steps + 1, columns)."""
@@ -184,6 +196,15 @@ class ReplayBench:
 
     def _with_starts(self, player: Player, values: Values, s: Segment) -> Values:
         """Values with the start values that are to be estimated and are not given."""
+        r = self.recordings[s.recording]
+        own = [key for key in not_fitted(values, self.own, r.entry or s.recording) if key not in r.given]
+        if own:
+            head = StartEstimate(
+                play=lambda v, n: self._play(player, v, s, n)[:, self._places(player)],
+                values=values,
+                target=self.raw[s.recording][s.begin : s.end],
+            )
+            values = by_fit(head, {key: self.own[key] for key in own})
         given = {f"{fmu}.{name}" for fmu, own in values.items() for name in own}
         is_given = s.recording in self.fitted and not self.is_windowed
         names = [k for k in self._known_starts(player) if not (is_given and k in given)]
@@ -197,13 +218,17 @@ class ReplayBench:
         )
         if len(names) == 1 and not self.is_windowed:
             return by_grid(estimate, names[0], self.starts[names[0]])
-        return by_steps(estimate, {name: self.starts[name] for name in names})
+        key = (player, s)
+        found = by_steps(estimate, {name: self.starts[name] for name in names}, self._inverses.get(key))
+        self._inverses[key] = found.inverse
+        return found.values
 
     def _play(self, player: Player, values: Values, s: Segment, rows: int | None = None) -> Array:
         """Replay a segment or its first rows; shape (rows, names of the player)."""
         m = self.options.oversample
         n_steps = ((len(s) if rows is None else min(rows, len(s))) - 1) * m
         segment = (s.begin * m, n_steps)
+        values = self.values_in(values, s.recording)
         return player.play(values, self.data[s.recording], segment, self.period / m, m)
 
     def _table(self, r: Recording) -> Array:

@@ -58,9 +58,9 @@ def slot_signals(
         calls: Calls = {}
         if (model.slots and model.n_continuous) or not model.group(Role.STATE):
             states = {SignalName(k).variable: v for k, v in replayed.items() if k.startswith(f"{fmu}.")}
-            calls = _by_arrays(model, values[fmu], bench.times, inputs, states)
+            calls = _by_arrays(model, _over_samples(bench, values, fmu), bench.times, inputs, states)
         elif model.slots:
-            calls = _by_steps(model, values[fmu], bench, inputs)
+            calls = _by_steps(model, values, fmu, bench, inputs)
         calls |= {name: {"value": column} for name, column in inputs.items()}
         signals |= _by_role(fmu, model, calls, len(bench.times))
     return signals
@@ -138,17 +138,37 @@ def _by_arrays(
     return calls
 
 
+def _over_samples(bench: ReplayBench, values: Values, fmu: str) -> Mapping[str, Any]:
+    """Values of an FMU; what differs from recording to recording is an array over all samples."""
+    own = {name: bench.values_in(values, name)[fmu] for name in bench.recordings}
+    first = next(iter(own.values()))
+    over: dict[str, Any] = dict(first)
+    for name in {key for given in own.values() for key in given}:
+        if any(given.get(name) != first.get(name) for given in own.values()):
+            parts = [np.full(len(r), float(own[key][name])) for key, r in bench.recordings.items()]
+            over[name] = np.concatenate(parts)
+    return over
+
+
 def _by_steps(
-    model: Model, values: Mapping[str, Any], bench: ReplayBench, inputs: Mapping[str, Array]
+    model: Model, values: Values, fmu: str, bench: ReplayBench, inputs: Mapping[str, Array]
 ) -> Calls:
     """Step a sampled model, for states that an FMU hides; each segment starts as its replay does."""
     states = [
-        _stepped(model, values, bench.period, segment, inputs, bench.first_sample(segment.recording))
+        _stepped(
+            model,
+            bench.values_in(values, segment.recording)[fmu],
+            bench.period,
+            segment,
+            inputs,
+            bench.first_sample(segment.recording),
+        )
         for segment in bench.segments
     ]
     x = model.states.record(list(np.concatenate(states).T))
     u = model.inputs.record([inputs[name] for name in model.inputs.names])
-    p = model.parameters.record([values.get(v.name, v.start) for v in model.group(Role.PARAMETER)])
+    over = _over_samples(bench, values, fmu)
+    p = model.parameters.record([over.get(v.name, v.start) for v in model.group(Role.PARAMETER)])
     calls: Calls = {}
 
     def note(name: str, value: Any, **signals: Any) -> Any:

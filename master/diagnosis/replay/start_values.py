@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import minimize_scalar
+from scipy.optimize import least_squares, minimize_scalar
 
 from master.diagnosis.case.cut import Values
 from master.diagnosis.numerics.arrays import Array
@@ -15,8 +16,11 @@ from master.text.signal_name import SignalName
 HEAD = 0.15  # share of a recording on which one start value is estimated
 N_GRID = 15  # start values tried between the bounds, before the best is refined
 GRID_TOLERANCE = 1e-5  # of the distance of the bounds
-N_STEPS = 2  # Gauss-Newton steps for several start values: the outputs are nearly linear in them
+N_STEPS = 2  # for several start values: the outputs are nearly linear in them, so with the same derivatives
 DIFFERENCE = 1e-3  # of the distance of the bounds, for a derivative
+NEARLY = 1e-4  # of the first step: a second one that is no longer shows that the derivatives hold
+N_TRIALS = 10  # for parameters, in which the outputs are not linear
+DIVERGED = 1e6  # deviations: what a row is off whose outputs are not finite
 
 Bounds = Mapping[str, tuple[float, float]]
 
@@ -50,6 +54,13 @@ class StartEstimate:
         return values
 
 
+class Stepped(NamedTuple):
+    """Values with the start values, and what turns a residual into a step; None where there is none."""
+
+    values: Values
+    inverse: Array | None
+
+
 def by_grid(estimate: StartEstimate, name: str, bounds: tuple[float, float]) -> Values:
     """Estimate one start value on the first part of a recording."""
     low, high = bounds
@@ -68,21 +79,67 @@ def by_grid(estimate: StartEstimate, name: str, bounds: tuple[float, float]) -> 
     return estimate.with_starts({name: float(refined.x)})
 
 
-def by_steps(estimate: StartEstimate, bounds: Bounds) -> Values:
-    """Estimate start values on a whole segment by Gauss-Newton steps from the middle of their bounds."""
+def by_fit(estimate: StartEstimate, bounds: Bounds) -> Values:
+    """Estimate parameters within their bounds on the first part of a recording."""
     names = list(bounds)
-    x = np.array([0.5 * (low + high) for low, high in bounds.values()])
-    steps = np.array([DIFFERENCE * (high - low) for low, high in bounds.values()])
+    lows, highs = np.array([bounds[name] for name in names]).T
+    n = max(2, round(HEAD * len(estimate.target)))
+
+    def at(u: Array) -> Array:
+        return np.asarray(lows + (u - 1.0) * (highs - lows))  # from 1 to 2: steps go with the distance
+
+    def residual(u: Array) -> Array:
+        left = estimate.residual(dict(zip(names, at(u).tolist(), strict=True)), n)
+        return np.where(np.isfinite(left), left, DIVERGED)
+
+    middle = np.full(len(names), 1.5)
+    step = np.full(len(names), DIFFERENCE)
+    found = least_squares(residual, middle, bounds=(1.0, 2.0), diff_step=step, max_nfev=N_TRIALS)
+    return estimate.with_starts(dict(zip(names, at(found.x).tolist(), strict=True)))
+
+
+def by_steps(estimate: StartEstimate, bounds: Bounds, known: Array | None = None) -> Stepped:
+    """
+    Estimate start values on a whole segment by Newton steps from the middle of their bounds.
+
+    `known` is the `inverse` found at other parameters; it serves where a second step with it is next to none.
+    """
+    names = list(bounds)
+    middle = np.array([0.5 * (low + high) for low, high in bounds.values()])
+    spans = np.array([high - low for low, high in bounds.values()])
     n = len(estimate.target)
+
+    def residual(x: Array) -> Array:
+        return estimate.residual(dict(zip(names, x, strict=True)), n)
+
+    def result(x: Array, inverse: Array | None) -> Stepped:
+        return Stepped(estimate.with_starts(dict(zip(names, x.tolist(), strict=True))), inverse)
+
+    here = residual(middle)
+    if known is not None:
+        places = _newton(residual, middle, here, known)
+        sizes = [float(np.linalg.norm(step / spans)) for step in np.diff(places, axis=0)]
+        if len(sizes) == N_STEPS and sizes[-1] <= NEARLY * sizes[0]:
+            return result(places[-1], known)
+    columns = []
+    for i, step in enumerate(DIFFERENCE * spans):
+        moved = middle.copy()
+        moved[i] += step
+        columns.append((residual(moved) - here) / step)
+    matrix = np.column_stack(columns)
+    if not np.isfinite(matrix).all():
+        return result(middle, None)
+    inverse = np.linalg.pinv(matrix)
+    return result(_newton(residual, middle, here, inverse)[-1], inverse)
+
+
+def _newton(residual: Callable[[Array], Array], x: Array, left: Array, inverse: Array) -> list[Array]:
+    """Where steps lead from x, which leaves `left`; fewer steps where a replay diverges."""
+    places = [x]
     for _ in range(N_STEPS):
-        here = estimate.residual(dict(zip(names, x, strict=True)), n)
-        columns = []
-        for i, step in enumerate(steps):
-            moved = x.copy()
-            moved[i] += step
-            columns.append((estimate.residual(dict(zip(names, moved, strict=True)), n) - here) / step)
-        matrix = np.column_stack(columns)
-        if not (np.isfinite(matrix).all() and np.isfinite(here).all()):
+        if len(places) > 1:
+            left = residual(places[-1])
+        if not np.isfinite(left).all():
             break
-        x = x - np.linalg.lstsq(matrix, here, rcond=None)[0]
-    return estimate.with_starts(dict(zip(names, x.tolist(), strict=True)))
+        places.append(places[-1] - inverse @ left)
+    return places

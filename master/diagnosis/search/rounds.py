@@ -26,7 +26,8 @@ from .families import (
     is_beaten,
     is_confused,
 )
-from .screening import Screened, screened
+from .first_order import FirstOrder
+from .screening import Screened, screened, unbuilt
 from .study import PRECISE, Study
 
 AT_MOST = 3  # effects
@@ -105,6 +106,7 @@ def search(
     candidates: Sequence[PlacedEffect],
     at_most: int = AT_MOST,
     is_adequate: Callable[[Fit], bool] = lambda _: False,
+    begun: SearchResult | None = None,
 ) -> SearchResult:
     """
     Add effects one after the other until none is accepted.
@@ -116,8 +118,11 @@ def search(
         at_most: Number of effects.
         is_adequate: Whether nothing that is left can be predicted: no more effects are looked for then, and
             a first one has to promise more, on rows that it has not seen.
+        begun: A search to go on with, from its last effect.
     """
     so_far = _SoFar(_Fitted(ExtendedModel(), base), [])
+    if begun is not None:
+        so_far = _SoFar(_Fitted(begun.model, begun.fit), list(begun.rounds))
     try:
         _add(study, base, candidates, at_most, is_adequate, so_far)
     except TimeIsUpError:
@@ -196,9 +201,11 @@ def _step(
     left = [e for e in candidates if e not in chosen.effects]
     study.say(f"{len(left)} effects screened")
     taken = {e.place for e in chosen.effects}
-    study.build([(*chosen.effects, e) if e.place in taken else (e,) for e in left])
-    tried = screened(study, chosen, present.fit, left, is_held_out=is_doubtful)
-    promising = _shortlist([s for s in tried if _is_credible(s)])
+    first_order = FirstOrder(study, chosen, present.fit)
+    needed = unbuilt(study, first_order, left)
+    study.build([(*chosen.effects, e) if e.place in taken else (e,) for e in needed])
+    tried = screened(study, chosen, present.fit, left, first_order=first_order, is_held_out=is_doubtful)
+    promising = shortlist([s for s in tried if _is_credible(s)])
     study.build([s.model.effects for s in promising])
     return _round(study, present.fit, promising, len(left))
 
@@ -249,15 +256,21 @@ def _pruned(study: Study, present: _Fitted) -> _Fitted:
     return present
 
 
-def _shortlist(tried: Sequence[Screened]) -> list[Screened]:
-    """The most promising, and all members of the class of the best in its slot."""
+def shortlist(tried: Sequence[Screened]) -> list[Screened]:
+    """
+    The most promising, all members of the class of the best in its slot, and every offset.
+
+    An offset is the simplest law that there is: what it explains alone is due to no other.
+    """
     best = tried[0].gain if tried else 0.0
     least = max(SMALLEST_PROMISE, SMALLEST_OF_BEST * best)
     kept = [s for i, s in enumerate(tried[:LONGEST_LIST]) if s.gain >= least or i < FEWEST]
     if not tried or best < SMALLEST_PROMISE:
         return kept
     first = tried[0].model.effects[-1]
-    return kept + [s for s in tried if s not in kept and are_of_a_class(s.model.effects[-1], first)]
+    kept += [s for s in tried if s not in kept and are_of_a_class(s.model.effects[-1], first)]
+    offsets = [s for s in tried if s.model.effects[-1].law.constant is not None]
+    return kept + [s for s in offsets if s not in kept and s.gain >= SMALLEST_PROMISE]
 
 
 def _round(study: Study, before: Fit, promising: Sequence[Screened], n_tried: int) -> Round:

@@ -21,6 +21,7 @@ from master.diagnosis.numerics.quanta import likely_steps
 from master.diagnosis.replay.placed_effect import PlacedEffect, fixed_values, free_parameters
 
 from .extended_model import ExtendedModel
+from .first_order import FirstOrder
 from .injection import Injection
 from .study import Study
 from .tangent import Tangent
@@ -30,6 +31,7 @@ FACTORS_OF_TIME = (0.1, 0.3, 0.6, 0.9, 1.2, 1.6, 2.2, 3.0)  # a delay of held va
 FACTORS_OF_FREQUENCY = (0.1, 0.2, 0.4, 0.6, 1.0, 1.6, 2.5, 4.0)  # a resonance is seen from nearby only
 LEAST_AMPLITUDE = 1e-2  # of the typical size, where a fit starts
 N_STARTS = 4
+NEAR_BEST = 0.5  # of the best's share: what a shape has to promise for a fit to start there
 RATE = "{value}/{position}"
 SAME = 0.999  # correlation of an output that is the slot's value
 
@@ -65,15 +67,32 @@ def screened(
     fitted: Fit,
     candidates: Sequence[PlacedEffect],
     *,
+    first_order: FirstOrder | None = None,
     is_held_out: bool = False,
 ) -> list[Screened]:
-    """Try all effects on the model so far, best first; on request, ask what holds on rows held out."""
-    tangent = Tangent(study, chosen, fitted)
+    """
+    Try all effects on the model so far, best first; on request, ask what holds on rows held out.
+
+    Effects that `first_order` covers need not be built.
+    """
+    tangent = Tangent(study, chosen, fitted, first_order)
     tried = [_best(study, tangent, placed) for placed in candidates]
     found = sorted((s for s in tried if s is not None), key=lambda s: -s.gain)
     if not is_held_out:
         return found
     return [replace(s, held_out=tangent.held_out_share(s.model, s.starts[0])) for s in found]
+
+
+def unbuilt(study: Study, first_order: FirstOrder, candidates: Sequence[PlacedEffect]) -> list[PlacedEffect]:
+    """Effects that have to be built to be screened."""
+    return [e for e in candidates if not first_order.covers(e, _typical(study, e))]
+
+
+def _typical(study: Study, placed: PlacedEffect) -> dict[str, float]:
+    """Values of an effect at its typical size, by `fmu.variable`."""
+    rms = study.signal_rms(placed.place)
+    own = {p.name: p.start for p in free_parameters(placed, rms)}
+    return own | fixed_values(placed, rms, placed.law.variants[0])
 
 
 def _best(study: Study, tangent: Tangent, placed: PlacedEffect) -> Screened | None:
@@ -90,7 +109,8 @@ def _best(study: Study, tangent: Tangent, placed: PlacedEffect) -> Screened | No
     if not trials:
         return None
     best = trials[0]
-    starts = tuple(t.start for t in trials if t.model == best.model)[:N_STARTS]
+    near = (t.start for t in trials if t.model == best.model and t.share >= NEAR_BEST * best.share)
+    starts = tuple(near)[:N_STARTS]
     return Screened(best.model, starts, best.share, tangent.known)
 
 
@@ -135,7 +155,10 @@ def _steps(study: Study, tangent: Tangent, placed: PlacedEffect) -> list[float]:
 
 def _lines(study: Study, tangent: Tangent, placed: PlacedEffect) -> list[float]:
     """Likely periods or frequencies, where the part is linear around its replay."""
-    injection = Injection(study, placed.place, tangent.base_values)
+    known = tangent.first_order
+    injection = (
+        known.injection(placed.place) if known else Injection(study, placed.place, tangent.base_values)
+    )
     if not injection.is_linear:
         return []
 
@@ -147,6 +170,12 @@ def _lines(study: Study, tangent: Tangent, placed: PlacedEffect) -> list[float]:
     if placed.law.first_guess is FirstGuess.PERIODS:
         return likely_periods(position, share, N_STARTS)
     return likely_frequencies(study.bench.times, position, share, N_STARTS)
+
+
+def _injection(study: Study, tangent: Tangent, place: str) -> Injection:
+    if tangent.first_order is not None:
+        return tangent.first_order.injection(place)
+    return Injection(study, place, tangent.base_values)
 
 
 def _trial(tangent: Tangent, model: ExtendedModel, shape: Mapping[str, float]) -> _Trial:

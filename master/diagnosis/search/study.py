@@ -16,6 +16,7 @@ from master.diagnosis.numerics.arrays import TINY, Array, Mask
 from master.diagnosis.numerics.gains import Gain, gain_over, powers
 from master.diagnosis.numerics.least_squares import Candidate, Fit, FreeParameter, fit
 from master.diagnosis.replay.candidate_models import ModelPool
+from master.diagnosis.replay.own_values import own_name
 from master.diagnosis.replay.placed_effect import PlacedEffect
 from master.diagnosis.replay.replay_bench import ReplayBench
 from master.diagnosis.replay.slot_signals import Signals, signal_rms, slot_signals
@@ -163,13 +164,15 @@ class Study:
         model, starts = self._with_start_values(model, starts)
         if len(starts) > 1:
             first = Precision(FIRST_STEPS.evaluations, precision.tolerance)
-            begun = [self._fit(self.candidate(model, [guess], known), first) for guess in starts]
+            begun = [
+                self._fit(self.candidate(model, [guess], known), first, is_sketch=True) for guess in starts
+            ]
             starts = [min(begun, key=lambda f: f.cost).values]
         best = self._fit(self.candidate(model, starts, known), precision)
         values = dict(model.fixed) | dict(best.values)
         return replace(best, predicted=self.simulate(model.effects, values, everything=True))
 
-    def _fit(self, candidate: Candidate, precision: Precision) -> Fit:
+    def _fit(self, candidate: Candidate, precision: Precision, *, is_sketch: bool = False) -> Fit:
         return fit(
             candidate,
             self.measured,
@@ -177,6 +180,7 @@ class Study:
             output_scale=self.output_scale,
             evaluations=precision.evaluations,
             tolerance=precision.tolerance,
+            is_sketch=is_sketch,
         )
 
     def _with_start_values(
@@ -289,8 +293,14 @@ def begin(
     return Begun(replace(scaled, slot_values=refitted.values), refitted)
 
 
-def base_parameters(case: Case, system: CutSystem, fmus: Sequence[str]) -> tuple[FreeParameter, ...]:
-    """Parameters that the case allows to refit, from the values of the system."""
+def base_parameters(
+    case: Case, system: CutSystem, fmus: Sequence[str], recordings: Sequence[str] = ()
+) -> tuple[FreeParameter, ...]:
+    """
+    Parameters that the case allows to refit, from the values of the system.
+
+    Those that every recording has for itself are there once for each of the `recordings` that a fit sees.
+    """
     parameters = []
     for key, entry in case.refit.items():
         fmu, variable = SignalName(key).parts
@@ -298,7 +308,12 @@ def base_parameters(case: Case, system: CutSystem, fmus: Sequence[str]) -> tuple
             value = system.values[fmu].get(variable, system.descriptions[fmu].by_name[variable].start or 0.0)
             at = float(min(max(float(value), entry.low), entry.high))
             scale = abs(at) or 0.1 * (entry.high - entry.low)
-            parameters.append(FreeParameter(key, at, entry.low, entry.high, scale, entry.spread))
+            names = [key]
+            if key in case.per_recording:
+                names = [own_name(key, r) for r in recordings if key not in case.recordings[r].set]
+            parameters += [
+                FreeParameter(name, at, entry.low, entry.high, scale, entry.spread) for name in names
+            ]
     return tuple(parameters)
 
 

@@ -9,9 +9,10 @@ import numpy as np
 
 from master.diagnosis.numerics.arrays import TINY, Array, Mask
 from master.diagnosis.numerics.least_squares import FAR, STEP, Fit, FreeParameter, bounded
-from master.diagnosis.numerics.regression import Regressed, bounded_below, penalised
+from master.diagnosis.numerics.regression import Background, penalised
 
 from .extended_model import ExtendedModel
+from .first_order import FirstOrder
 from .study import Study
 
 STEP_OF_TANGENT = 10.0 * STEP  # of a parameter's scale: less noise of the replay than in a fit
@@ -29,10 +30,14 @@ class Tangent:
     A fitted model, linearised.
 
     `residual` and each of `columns` have shape (fitted rows * outputs,), scaled like the residual of a fit.
+    Effects that `first_order` covers are answered by it, the others by replays.
     """
 
-    def __init__(self, study: Study, chosen: ExtendedModel, fitted: Fit) -> None:
+    def __init__(
+        self, study: Study, chosen: ExtendedModel, fitted: Fit, first_order: FirstOrder | None = None
+    ) -> None:
         self.study = study
+        self.first_order = first_order
         self.chosen = chosen
         self.fit = fitted
         self.parameters = (*study.base, *chosen.parameters)
@@ -44,8 +49,13 @@ class Tangent:
         self.columns = [self._on_fitted_rows(s) for s in self._sensitivities]
         self.prior = np.diag([p.prior_weight for p in self.parameters])
         self.prior_left = np.array([p.prior_distance(fitted.values[p.name]) for p in self.parameters])
-        self.power = self._regressed([], []).power
+        self._background = Background(self.residual, self.columns, self.prior, self.prior_left)
         self._alone: Array | None = None if chosen.effects else fitted.predicted
+
+    @property
+    def power(self) -> float:
+        """Power of the residual that sensitivities leave, on the rows that are fitted on."""
+        return self._background.power
 
     @property
     def known(self) -> dict[str, Array]:
@@ -97,6 +107,9 @@ class Tangent:
         already. After effects in its own slot it sees what they return.
         """
         placed = model.effects[-1]
+        own = {p.name: p.start for p in model.parameters} | dict(model.fixed) | dict(values)
+        if self.first_order is not None and self.first_order.covers(placed, own):
+            return bounded(self.first_order.change(placed, own))
         if any(e.place == placed.place for e in self.chosen.effects):
             given = self.values | dict(model.fixed) | dict(values)
             return self._over_scale(self.study.simulate(model.effects, given) - self.fit.predicted)
@@ -113,11 +126,8 @@ class Tangent:
         """
         if any((np.abs(r) >= FAR).any() for r in responses):
             return TangentGain(np.nan, np.zeros(len(responses)))
-        regressed = self._regressed(responses, low)
+        regressed = self._background.regressed(responses, low)
         return TangentGain(1.0 - regressed.power / self.power, regressed.factors)
-
-    def _regressed(self, responses: Sequence[Array], low: Sequence[float]) -> Regressed:
-        return bounded_below(self.residual, self.columns, self.prior, self.prior_left, responses, low)
 
     def _sensitivity(self, p: FreeParameter) -> Array:
         at = self.values[p.name]

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import base64
+import itertools
 import json
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from master.pages.chart import CROSS, DOTTED, REFERENCE, Chart, Curve, Region, decimated
 from master.pages.encoding import encoded, page_data
@@ -123,3 +125,21 @@ def test_a_region_is_filled_with_its_hole_left_out(tmp_path):
     field = red[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
 
     assert field.mean() == pytest.approx(0.84, abs=0.01)
+
+
+def test_no_text_of_a_picture_is_cut_off_or_over_another_chart(monkeypatch, tmp_path):
+    drawn = []
+    monkeypatch.setattr(Figure, "savefig", lambda figure, path, **_: (drawn.append(figure), path.touch()))
+    x = np.linspace(0.0, 1.0, 5)
+    curves = [Curve(f"motion_simulator.signal_{i}", x, -1e5 * x - 0.5) for i in range(30)]
+    many = Chart("many", "time [s]", "displacement [mm]", curves)
+    save("a title\nof two lines", [*charts()[:2], many, charts()[2]], tmp_path / "picture.png")
+    [figure] = drawn
+    renderer = figure.canvas.get_renderer()
+    boxes = [axis.get_tightbbox(renderer) for axis in figure.axes]
+    title = figure._suptitle.get_window_extent(renderer)
+
+    assert all(box.x0 >= 0.0 and box.x1 <= figure.bbox.width for box in boxes)
+    assert all(upper.y0 >= lower.y1 for upper, lower in itertools.pairwise([title, *boxes]))
+    assert boxes[-1].y0 >= 0.0
+    assert title.y1 <= figure.bbox.height

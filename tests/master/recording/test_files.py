@@ -1,3 +1,7 @@
+import os
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 from fmpy.util import read_csv as fmpy_read_csv
@@ -5,6 +9,7 @@ from pyarrow import parquet
 
 from master.recording.files import ResultFiles, read_csv, write_result
 from master.recording.recorder import Result
+from tests.conftest import PROJECT
 
 
 @pytest.fixture
@@ -63,3 +68,24 @@ def test_rows_written_one_after_the_other_are_the_rows_written_at_once(result, t
 
     assert files.csv.read_bytes() == whole.csv.read_bytes()
     assert parquet.read_table(files.parquet) == parquet.read_table(whole.parquet)
+
+
+def test_results_are_written_without_pandas(tmp_path):
+    code = (
+        "import sys; from pathlib import Path; import numpy as np\n"
+        "from master.recording.files import write_result\n"
+        "from master.recording.recorder import Result\n"
+        "write_result(Result(np.arange(3.0), ('a.b',), ('m',), np.ones((3, 1))), Path('out'))\n"
+        "print('pandas' in sys.modules)"
+    )
+    environment = {**os.environ, "PYTHONPATH": str(PROJECT)}
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=tmp_path,
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+
+    assert done.stdout == "False\n"

@@ -1,5 +1,7 @@
 """
-Laws that no listed effect contains, by name, in the rope, the guide, the sensor or the simulator.
+Laws by name, in the rope, the guide, the sensor or the simulator; faults of the compensator.
+
+`LAWS` are those that no listed effect contains, `LISTED` those that have a name, with the right ones.
 
 `size` leaves some two to thirty times the noise of 0.5 N on the rig's motion. The equations are in
 `plant.py`, where a law goes by its number.
@@ -14,13 +16,18 @@ ROPE, GUIDE, SENSOR, SIMULATOR = "contact.rope", "contact.guide", "force_sensor"
 
 @dataclass(frozen=True)
 class Law:
-    """A law with its number in the equations, its place, its typical size and what it is, in words."""
+    """
+    A law with its number in the equations, its place, its typical size and what it is, in words.
+
+    `names` are the listed effects that it is, none for a law that has no name.
+    """
 
     name: str
     number: int
     place: str
     size: float
     words: str
+    names: tuple[str, ...] = ()
 
     @property
     def subsystem(self) -> str:
@@ -70,3 +77,43 @@ LAWS = {
     name: Law(name, number, place, size, words)
     for number, (name, place, size, words) in enumerate(_ROWS, start=1)
 }
+
+FIRST_LISTED = 101
+_LISTED_ROWS = (
+    ("cubic", ROPE, 2e8, "a spring force in r^3", ("cubic_stiffness",)),
+    ("second_stage", ROPE, 9e3, "a spring that is touched beyond 1.2 mm", ("second_stage",)),
+    ("swinging_stiffness", ROPE, 0.05, "a stiffness that swings at 1.8 Hz", ("parametric_stiffness",)),
+    ("coulomb", GUIDE, 4.0, "dry friction", ("coulomb",)),
+    ("quadratic_damping", GUIDE, 4e3, "drag with the square of speed", ("quadratic_damping",)),
+    ("ripple", GUIDE, 3.0, "a force of 0.4 mm pitch", ("ripple",)),
+    (
+        "asymmetric",
+        GUIDE,
+        5.0,
+        "dry friction, 40 % of it backward",
+        ("asymmetric_friction", "coulomb", "offset"),
+    ),
+    ("dahl", GUIDE, 4.0, "dry friction over a way of 50 um", ("dahl",)),
+    ("zero_error", SENSOR, 2.0, "a reading that is off", ("offset",)),
+    ("drift", SENSOR, 0.3, "a reading that runs away", ("drift",)),
+    ("limit", SENSOR, 90.0, "a reading that ends at a limit", ("force_saturation",)),
+    ("steps", SENSOR, 3.0, "a reading in steps", ("quantisation",)),
+)
+
+LISTED = {
+    name: Law(name, number, place, size, words, names)
+    for number, (name, place, size, words, names) in enumerate(_LISTED_ROWS, start=FIRST_LISTED)
+}
+
+PAIRS = ("zero_error+second_stage", "coulomb+cubic", "drift+ripple", "limit+coulomb", "dahl+second_stage")
+
+FAULTS = {
+    "late_force": "one tick late",
+    "wrong_sign": "has the other sign",
+    "clipped": "is clipped",
+    "rounded": "rounded",
+    "wrong_lag": "instead of",
+    "no_correction": "is missing",
+    "stale_position": "held for 2 ticks",
+}
+"""Fault of the compensator to words that tell its kind."""

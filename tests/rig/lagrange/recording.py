@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numba
@@ -10,14 +11,17 @@ import numpy as np
 from tests.rig.loop import contact_coefficients
 from tests.rig.recording import COLUMNS, Recording, excited
 
-from .laws import LAWS
+from .laws import FAULTS, LAWS, LISTED
 from .plant import LAG, N_STATES, Body, S, V, X, midpoint, reading
 
 T = 1e-3  # s
 N_INNER = 10  # steps of the integrator in a tick
 DEAD_TICKS = 2
 NONE = "none"
+NO_FAULT = -1
+LATE_FORCE, WRONG_SIGN, CLIPPED, ROUNDED, WRONG_LAG, NO_CORRECTION, STALE_POSITION = range(len(FAULTS))
 FAR = 1.0  # m
+BELIEVED = Body()
 
 
 @dataclass(frozen=True)
@@ -61,8 +65,8 @@ def record(
     Let the rig run and record it.
 
     Args:
-        law: Name in `LAWS`, or NONE.
-        factor: Size over the law's typical one.
+        law: Name in `LAWS`, `LISTED` or `FAULTS`, several joined by `+`, or NONE.
+        factor: Size over the laws' typical one.
         nuisance: Name in `NUISANCES`.
         seed: Of noise and of the plant's numbers.
         duration: [s]
@@ -72,8 +76,7 @@ def record(
     """
     spoilt = NUISANCES[nuisance]
     rng = np.random.default_rng(seed)
-    believed = Body()
-    true = _off(believed, spoilt.off, rng)
+    true = _off(BELIEVED, spoilt.off, rng)
     t = np.arange(round(duration / T)) * T
     added = excited("rich", t)
     noise = rng.standard_normal((len(t), 3))
@@ -82,9 +85,12 @@ def record(
     hit = rng.random(len(t)) < 1.0 / 700.0
     force_noise[hit] += spoilt.spikes * rng.choice([-1.0, 1.0], int(hit.sum()))
     step = 1000.0 / 2**spoilt.bits if spoilt.bits else 0.0
-    number, size = (0, 0.0) if law == NONE else (LAWS[law].number, LAWS[law].size * factor)
+    laws = [(LAWS | LISTED)[name] for name in law.split("+") if name not in (NONE, *FAULTS)]
+    numbers = np.array([own.number for own in laws], dtype=np.int64)
+    sizes = np.array([own.size * factor for own in laws], dtype=np.float64)
+    fault = list(FAULTS).index(law) if law in FAULTS else NO_FAULT
     errors = np.column_stack([force_noise, 2e-6 * noise[:, 1], 5e-5 * noise[:, 2]])
-    rows = run(true, believed, number, size, added, errors, T * (1.0 + spoilt.skew), step)
+    rows = run(true, numbers, sizes, fault, added, errors, T * (1.0 + spoilt.skew), step)
     n = len(rows)
     columns = dict(zip(COLUMNS, [t[:n], *rows.T, np.zeros(n), added[:n]], strict=True))
     lost = rng.random(n) < spoilt.dropped
@@ -122,7 +128,7 @@ def pink(rng: np.random.Generator, n: int) -> np.ndarray:
 
 
 @numba.njit(cache=True)
-def run(b, believed, law, size, excitation, errors, tick, step):
+def run(b, laws, sizes, fault, excitation, errors, tick, step):
     """Rows of s_des, s_cmd, s_act, v_act, f_des, f_mea, shape (n, 6), as the compensator reads them."""
     n = len(excitation)
     rows = np.zeros((n, 6))
@@ -135,33 +141,53 @@ def run(b, believed, law, size, excitation, errors, tick, step):
     s_des, v_des, last_f = s0, 0.0, 0.0
     df1 = df2 = ds1 = ds2 = 0.0
     held = 0.0
-    a1, a2, c0, c1, c2 = contact_coefficients(believed, T)
+    late_f = 0.0
+    used = s0
+    a1, a2, c0, c1, c2 = contact_coefficients(BELIEVED, T)
     for k in range(n):
         t = k * tick
-        f_mea = reading(t, y[LAG], law, size) + errors[k, 0]
-        if law == 30 and k > 0 and (k * 7919) % 1000 < 1000.0 * size / 20.0:
-            held = 20.0
-        if law == 30 and held > 0.0:
+        f_mea = reading(t, y[LAG], laws, sizes) + errors[k, 0]
+        for i, law in enumerate(laws):
+            size = sizes[i]
+            if law == 30 and k > 0 and (k * 7919) % 1000 < 1000.0 * size / 20.0:
+                held = 20.0
+        if held > 0.0:
             f_mea = rows[k - 1, 5]
             held -= 1.0
         if step > 0.0:
             f_mea = step * np.floor(f_mea / step + 0.5)
         s_act = y[S] + errors[k, 1]
-        ds = s_des - s_act
+        if fault != STALE_POSITION or k % 2 == 0:
+            used = s_act
+        ds = s_des - used
         df = a1 * df1 + a2 * df2 - (c0 * ds + c1 * ds1 + c2 * ds2)
         df2, df1, ds2, ds1 = df1, df, ds1, ds
         if k == 0:
             last_f = f_mea
-        f_des = f_mea + believed.T_f * (f_mea - last_f) / T + df
-        last_f = f_mea
+            late_f = f_mea
+        f_in = late_f if fault == LATE_FORCE else f_mea
+        late_f = f_mea
+        lag = 1.4 * BELIEVED.T_f if fault == WRONG_LAG else BELIEVED.T_f
+        f_led = f_in + lag * (f_in - last_f) / T
+        last_f = f_in
+        if fault == WRONG_SIGN:
+            f_des = f_led - df
+        elif fault == NO_CORRECTION:
+            f_des = f_led
+        else:
+            f_des = f_led + df
+        if fault == CLIPPED:
+            f_des = min(max(f_des, -60.0), 60.0)
+        elif fault == ROUNDED:
+            f_des = math.floor(f_des + 0.5)
         s_cmd = s_des + excitation[k]
         rows[k] = (s_des, s_cmd, s_act, y[V] + errors[k, 2], f_des, f_mea)
-        v_des += T * f_des / believed.m_s
+        v_des += T * f_des / BELIEVED.m_s
         s_des += T * v_des
         commands[k] = s_cmd
         command = commands[k - DEAD_TICKS] if k >= DEAD_TICKS else s0
         for i in range(N_INNER):
-            midpoint(t + i * tick / N_INNER, y, tick / N_INNER, command, b, law, size)
+            midpoint(t + i * tick / N_INNER, y, tick / N_INNER, command, b, laws, sizes)
         if abs(s_des) > FAR:
             return rows[: k + 1]
     return rows

@@ -13,11 +13,27 @@ from master.diagnosis.answer.answer import answer
 from tests.rig import Effects, Recorder
 from tests.rig import record as record_first
 from tests.rig.lagrange import LAWS, record
+from tests.rig.lagrange.laws import FAULTS, LISTED, PAIRS
 from tests.rig.lagrange.plant import N_STATES, Body, S, V, X, midpoint, rope_force
 from tests.rig.lagrange.recording import NUISANCES, Nuisance, pink
-from tests.rig.lagrange.trials import SILENT, interval, is_named, is_worse, table, truths, write_case
+from tests.rig.lagrange.trials import (
+    PARTLY,
+    SILENT,
+    interval,
+    is_named,
+    is_of_kind,
+    is_right,
+    is_right_in_all,
+    is_right_of_two,
+    is_worse,
+    table,
+    truths,
+    write_case,
+)
 
 QUIET = "quiet"
+NO_LAWS = np.zeros(0, dtype=np.int64)
+NO_SIZES = np.zeros(0)
 
 
 @pytest.fixture(autouse=True)
@@ -37,7 +53,7 @@ def test_without_a_law_it_moves_like_the_first_rig_that_has_other_equations_and_
 
 def test_forces_from_energies_are_the_linear_ones():
     b = Body()
-    force = rope_force(0.3, 2e-3, 0.04, np.zeros(N_STATES), b, 0, 0.0)
+    force = rope_force(0.3, 2e-3, 0.04, np.zeros(N_STATES), b, NO_LAWS, NO_SIZES)
 
     assert force == pytest.approx(b.k_p * 2e-3 + b.c_p * 0.04, rel=1e-9)
 
@@ -48,7 +64,7 @@ def test_midpoint_rule_moves_the_end_effector_like_another_solver():
     y = np.zeros(N_STATES)
     y[S] = 2e-3
     for k in range(1000):
-        midpoint(1e-4 * k, y, 1e-4, 2e-3, b, 0, 0.0)
+        midpoint(1e-4 * k, y, 1e-4, 2e-3, b, NO_LAWS, NO_SIZES)
 
     def motion(_, z):
         return z[1], (b.k_p * (2e-3 - z[0]) - b.c_p * z[1] - b.k_m * z[0] - b.c_m * z[1]) / b.m_e
@@ -76,6 +92,29 @@ def test_each_law_shows_in_the_recording_and_leaves_the_loop_stable():
         assert np.std(found["f_mea"] - base[seconds]["f_mea"]) > 0.5, name
 
 
+def test_two_laws_add_their_forces():
+    """Cubic 2e8 N/m^3 and a second stage of 9 kN/m beyond 1.2 mm, at 2 mm, by hand: 1.6 N and 7.2 N."""
+    b = Body()
+    numbers = np.array([LISTED["cubic"].number, LISTED["second_stage"].number])
+    force = rope_force(0.3, 2e-3, 0.0, np.zeros(N_STATES), b, numbers, np.array([2e8, 9e3]))
+
+    assert force - b.k_p * 2e-3 == pytest.approx(1.6 + 7.2, rel=1e-3)
+
+
+@pytest.mark.parametrize("name", [*LISTED, *FAULTS, "zero_error+second_stage"])
+def test_a_listed_law_and_a_fault_of_the_compensator_show_in_the_loop(name):
+    base = record(nuisance=QUIET, seed=3, duration=0.6)
+    found = record(name, nuisance=QUIET, seed=3, duration=0.6)
+
+    assert len(found) == len(base)
+    assert np.std(found["f_des"] - base["f_des"]) > 0.01
+
+
+def test_every_listed_law_has_a_name_of_the_library():
+    assert all(set(law.names) <= set(listed()) and law.names for law in LISTED.values())
+    assert all(set(pair.split("+")) <= set(LISTED) for pair in PAIRS)
+
+
 def test_logger_does_what_its_nuisance_says():
     bits = record(nuisance="bits", duration=1.0)["f_mea"] / (1000.0 / 4096.0)
     held = record(nuisance="dropped", duration=4.0)["f_mea"]
@@ -97,6 +136,7 @@ def test_interval_of_a_count_is_that_of_clopper_and_pearson():
 
 def test_table_counts_false_alarms_wrong_names_and_what_got_worse():
     row = {"seed": 1, "before": {"a": 2.0}, "after": {"a": 1.0}, "explained": 0.5, "ceiling": 0.6}
+    row |= {"families": [], "faults": []}
     rows = [
         row | {"truth": "none:white", "verdict": "parameters only", "effects": [], "after": {"a": 2.0}},
         row | {"truth": "bump", "verdict": "undeclared", "effects": ["c.r: learned_position_1 (undeclared)"]},
@@ -114,6 +154,23 @@ def test_table_counts_false_alarms_wrong_names_and_what_got_worse():
     assert is_worse(rows[2])
 
 
+def test_a_name_counts_in_its_own_fmu_and_so_does_a_class_with_it():
+    def row(truth, *effects, families=(), verdict="traced"):
+        return {"truth": truth, "effects": list(effects), "families": list(families), "verdict": verdict}
+
+    guide = "contact.guide_force: coulomb"
+    elsewhere = row("coulomb", "force_sensor.output: coulomb (traced)")
+
+    assert is_right(row("coulomb", f"{guide} (traced)"))
+    assert not is_right(elsewhere)
+    assert not is_right_in_all(elsewhere)
+    assert is_right(row("dahl", f"{guide} (one of a class)", families=[[guide, "contact.guide_force: dahl"]]))
+    assert not is_right_of_two(row("coulomb+cubic", f"{guide} (traced)"))
+    assert is_right_of_two(row("coulomb+cubic", f"{guide} (traced)", verdict=PARTLY))
+    assert is_of_kind({"truth": "late_force", "faults": ["is one tick late"]})
+    assert not is_of_kind({"truth": "wrong_sign", "faults": ["is one tick late"]})
+
+
 @pytest.mark.long
 def test_a_swing_of_the_friction_in_time_is_undeclared(tmp_path):
     """Fixed sample of the campaign; seed 9 has white noise and all numbers up to 10 % off."""
@@ -123,5 +180,6 @@ def test_a_swing_of_the_friction_in_time_is_undeclared(tmp_path):
     assert report["explained_share"] <= report["ceiling"]["share"] + 0.05
 
 
-def test_campaign_has_all_nuisances_and_all_laws():
-    assert len(truths()) == len(NUISANCES) - 1 + len(LAWS) + 1
+def test_campaign_has_all_nuisances_laws_pairs_and_faults():
+    kinds = (LAWS, LISTED, PAIRS, FAULTS)
+    assert len(truths()) == len(NUISANCES) - 1 + sum(map(len, kinds)) + 1

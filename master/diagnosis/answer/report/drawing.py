@@ -18,7 +18,7 @@ from master.pages.palette import DASHES, LIGHT, LIGHT_REFERENCE
 from master.pages.plain_text import as_written
 from master.text.signal_name import SignalName
 
-MOST_BINS = 2000
+MOST_BINS = 1155  # as many as there are pixels across
 MEASURED, BEFORE, AFTER = "measured", "before", "after"
 COLOURS = {MEASURED: LIGHT_REFERENCE, AFTER: LIGHT[0], BEFORE: LIGHT[1]}
 LINES: Mapping[str, Any] = {MEASURED: "-", AFTER: "-", BEFORE: (0, DASHES[1])}

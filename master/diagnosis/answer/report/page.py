@@ -49,6 +49,7 @@ def page(report: Mapping[str, Any], panels: Sequence[Panel], units: Units) -> st
         gains=list(_gains(report, units)),
         errors=tables.errors(report, units),
         parameters=tables.parameters(report["parameters"], units),
+        recordings=tables.recordings(report["recordings"]),
         runners_up=tables.runners_up(report["runners_up"]),
         residuals=tables.residuals(report["residual"]),
         channels=tables.channels(report["channels"], units),

@@ -96,6 +96,7 @@ def report_schema() -> Schema:
             "adequate": TRUTH,
             "colour": TEXT,
             "events": _list(NUMBER),
+            "strikes": _list(NUMBER),
             "faults": _list(_object(kind=TEXT, value=NUMBER, deviation=NUMBER, text=TEXT)),
             "stages": _list(stage),
         },
@@ -143,6 +144,7 @@ def report_schema() -> Schema:
         "parameters": _by_name(fitted),
         "input_rows": _by_name({"enum": ["start", "end"]}),
         "changed_rows": _by_name({"enum": ["start", "end"]}),
+        "recordings": _by_name(_object(rows=COUNT, period=NUMBER, notes=_list(TEXT))),
         "residual": _by_name({"type": "object"}),
         "files": _list(TEXT),
     }

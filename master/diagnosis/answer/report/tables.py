@@ -60,6 +60,12 @@ def parameters(found: Mapping[str, Mapping[str, Any]], units: Mapping[str, str])
     return Table(head, rows, (2, 3, 4), note, none="None was fitted.")
 
 
+def recordings(found: Mapping[str, Mapping[str, Any]]) -> Table:
+    """Rows of each recording, their period, and what was done to how many of them."""
+    rows = [[name, str(r["rows"]), number(r["period"]), "; ".join(r["notes"])] for name, r in found.items()]
+    return Table(["recording", "rows", "period [s]", "what was done to its rows"], rows, (1, 2), "")
+
+
 def runners_up(found: Iterable[Mapping[str, Any]]) -> Table:
     """Effects that were fitted and not taken."""
     rows = [

@@ -50,6 +50,7 @@ def made_up_report() -> dict[str, Any]:
         "undistinguished": [{"family": ["coulomb", "dahl"], "experiment": "Record slowly."}],
         "runners_up": [{"round": 1, "effect": "axis.friction: dahl", "gain": 0.5, "why": "explains less"}],
         "parameters": {"axis.friction_coulomb_level": fitted},
+        "recordings": {"run": {"rows": 4000, "period": 0.001, "notes": ["gaps: 1"]}},
         "residual": {"axis": {"exact": True}},
         "channels": {"axis.force": CHANNEL},
         "files": ["report.json"],

@@ -155,6 +155,7 @@ def test_charts_take_the_place_of_a_picture_and_names_stay_text(tmp_path):
         "parameters": {},
         "residual": {nasty: {"exact": True}},
         "channels": {nasty: CHANNEL},
+        "recordings": {nasty: {"rows": 3, "period": 1e-3, "notes": [nasty]}},
         "files": [nasty],
     }
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy import io
 
+from master.diagnosis.data.clock import ClockRules
 from master.diagnosis.data.recordings import Column, Rules, read
 from master.errors import DataError
 from master.fmi.unit_names import unit
@@ -32,9 +33,9 @@ def csv(folder, **changed):
     return path
 
 
-def faults(path, **rules):
+def faults(path, *, period=None, **rules):
     with pytest.raises(DataError) as caught:
-        read(path, TIME, COLUMNS, rules=Rules(**rules))
+        read(path, TIME, COLUMNS, rules=Rules(clock=ClockRules(period=period), **rules))
     return str(caught.value).replace(str(path), "run").splitlines()
 
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import sys
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from master.diagnosis.judge.software_fault import software_fault, ticks_between_rows
+from master.diagnosis.judge.software_fault import software_fault, ticks_between_rows, unknown_rows
 from master.fmi.description import Kind
 
 N = 2000
@@ -33,6 +34,12 @@ class Bench:
         self.in_use = np.arange(N) >= 20
         self.period = 1e-3
 
+    def signal(self, name):
+        return TABLE[:, "ab".index(name)]
+
+    def compared_rows(self, values):
+        return values
+
     def with_inputs(self, change):
         return Bench(change)
 
@@ -57,9 +64,16 @@ def study(measured):
         pool=SimpleNamespace(player=lambda effects: None),
         system=SimpleNamespace(descriptions={"soft": SimpleNamespace(variables=variables)}),
         say=lambda text: None,
+        replayed_with_noise=with_noise,
         values_with=values_with,
         simulate=lambda effects, values, everything: replay(TABLE, nominal | dict(values)),
     )
+
+
+def with_noise(values, deviations, n_draws):
+    noise = np.random.default_rng(5).standard_normal((n_draws, N, 2)) * deviations
+    quiet = replay(TABLE, {"soft.gain": 2.0, "soft.on": 1.0})
+    return np.stack([replay(TABLE + own, {"soft.gain": 2.0, "soft.on": 1.0}) - quiet for own in noise])
 
 
 def late(values):
@@ -116,3 +130,31 @@ def test_software_that_ticks_between_the_rows_cannot_be_judged(period, found):
     bench = SimpleNamespace(part=SimpleNamespace(fmus=("soft",)), period=period)
 
     assert ticks_between_rows(SimpleNamespace(bench=bench, system=system)) == found
+
+
+def test_rows_that_a_logger_dropped_are_no_fault(monkeypatch):
+    """Every 400th row of an input was recorded as it was before; the software read what was true."""
+    recorded = TABLE.copy()
+    recorded[400::400, 0] = recorded[399:-1:400, 0]
+    measured = RIGHT[:, None]
+    monkeypatch.setattr(sys.modules[__name__], "TABLE", recorded)
+    predicted = replay(recorded, {"soft.gain": 2.0, "soft.on": 1.0})
+
+    assert unknown_rows(study(measured), {}, predicted).startswith("0.2 % of the rows do not replay")
+
+
+def test_a_rare_fault_in_rows_that_were_recorded_is_none_of_the_recording():
+    measured = RIGHT[:, None].copy()
+    measured[400::400] += 5.0
+
+    assert not unknown_rows(study(measured), {}, RIGHT[:, None])
+
+
+def test_what_a_short_print_leaves_is_rounding_and_more_is_not(monkeypatch):
+    """Everything in steps of 0.1; then an output that is late as well."""
+    printed = 0.1 * np.round(TABLE / 0.1)
+    monkeypatch.setattr(sys.modules[__name__], "TABLE", printed)
+    predicted = replay(printed, {"soft.gain": 2.0, "soft.on": 1.0})
+
+    assert "printed short" in unknown_rows(study(0.1 * np.round(RIGHT / 0.1)[:, None]), {}, predicted)
+    assert not unknown_rows(study(0.1 * np.round(late(RIGHT) / 0.1)[:, None]), {}, predicted)

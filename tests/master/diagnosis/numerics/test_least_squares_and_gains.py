@@ -51,6 +51,16 @@ def test_fit_finds_the_truth_within_its_uncertainty():
     assert found.at_bound == ()
 
 
+def test_a_sketch_of_a_fit_has_its_values_and_its_cost_and_costs_less():
+    whole = fit(model("cubic"), measured(cubic=0.3), IN_USE)
+    sketch = fit(model("cubic"), measured(cubic=0.3), IN_USE, is_sketch=True)
+
+    assert sketch.values == whole.values
+    assert sketch.cost == whole.cost
+    assert sketch.n_simulations < whole.n_simulations
+    assert sketch.deviations == {}
+
+
 def test_fit_says_which_parameter_lies_at_its_bound():
     y = -X[:, None]
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -48,10 +49,15 @@ def recording(name, n, u, y0=0.0):
     return Recording(name, np.arange(n) * H, {"u": np.asarray(u, dtype=float), "y": np.array(y)}, H)
 
 
-def bench(recordings, row="end", starts=None, fitted=None, **options):
+def bench(recordings, row="end", starts=None, fitted=None, own=None, **options):
     part = CutPart(("box",), {"box": {"u": MeasuredInput("u", row)}}, {"box": {}}, {"box.y": "y"})
     replay = {"oversample": 1, "settle": 0.0, "windows": {}, "cut": 0, "decimate": 1} | options
-    case = SimpleNamespace(replay=SimpleNamespace(**replay), starts=starts or {})
+    case = SimpleNamespace(
+        replay=SimpleNamespace(**replay),
+        starts=starts or {},
+        per_recording=tuple(own or ()),
+        refit={key: SimpleNamespace(low=low, high=high) for key, (low, high) in (own or {}).items()},
+    )
     return ReplayBench(part, {r.name: r for r in recordings}, case, fitted)
 
 
@@ -137,3 +143,53 @@ def test_start_values_of_each_window_are_estimated_by_steps():
     own = bench([r], windows={"box": 30 * H}, starts={"box.y0": (-1.0, 1.0)})
 
     assert own.predict(Decay(), {"box": {}}) == pytest.approx(own.measured, abs=1e-9)
+
+
+class Scaled(Decay):
+    """The same, which begins at k times its start value."""
+
+    def play(self, values, data, segment, step, every=1):
+        own = values["box"]
+        return super().play({"box": {"y0": own.get("k", 1.0) * own["y0"]}}, data, segment, step, every)
+
+
+def test_derivatives_by_start_values_serve_until_they_no_longer_hold():
+    """A window takes middle, a moved start, a step, the answer; less the second, or a step in vain more."""
+    r = recording("r", 90, np.sin(np.arange(90) / 5.0), y0=0.3)
+    own = bench([r], windows={"box": 30 * H}, starts={"box.y0": (-1.0, 1.0)})
+    player = Scaled()
+    replays = []
+    for k in (1.0, 1.0, 3.0, 3.0):
+        before = len(player.calls)
+        assert own.predict(player, {"box": {"k": k}}) == pytest.approx(own.measured, abs=1e-9)
+        replays.append(len(player.calls) - before)
+
+    assert replays == [3 * n for n in (4, 3, 5, 3)]
+
+
+def test_a_value_that_a_recording_sets_holds_in_it_alone():
+    one = recording("one", 100, np.zeros(100), y0=1.0)
+    two = replace(recording("two", 100, np.zeros(100), y0=3.0), given={"box.y0": 3.0})
+    found = bench([one, two])
+
+    assert np.abs(found.predict(Decay(), {"box": {"y0": 1.0}}) - found.measured).max() < 1e-12
+
+
+def test_each_recording_has_its_own_value_of_a_parameter_and_one_that_no_fit_sees_finds_it_on_its_head():
+    starts = {"one": 1.0, "two": 3.0, "sealed": -2.0}
+    recordings = [recording(name, 100, np.zeros(100), y0) for name, y0 in starts.items()]
+    found = bench(recordings, fitted={"one", "two"}, own={"box.y0": (-10.0, 10.0)})
+    values = {"box": {"y0": 0.0, "y0@one": 1.0, "y0@two": 3.0}}
+    player = Decay()
+    predicted = found.predict(player, values)
+
+    assert np.abs(predicted - found.measured).max() < 1e-9
+    on_head = [n for segment, *_ in player.calls if (n := segment[1]) < 99]
+    assert set(on_head) == {14}
+
+
+def test_the_nominal_values_hold_in_all_recordings_where_nothing_was_fitted():
+    recordings = [recording(name, 100, np.zeros(100), 1.0) for name in ("one", "two")]
+    found = bench(recordings, own={"box.y0": (-10.0, 10.0)})
+
+    assert found.predict(Decay(), {"box": {"y0": 5.0}})[[0, 100], 0].tolist() == [5.0, 5.0]

@@ -10,6 +10,7 @@ import pytest
 from fmu_sources.composed import registry
 from fmu_sources.framework.instance import Instance
 from master.diagnosis.case.cut import MeasuredInput
+from master.diagnosis.replay.own_values import of_recording
 from master.diagnosis.replay.replay_bench import Segment
 from master.diagnosis.replay.slot_signals import slot_signals
 
@@ -34,6 +35,13 @@ class ReplayBench:
     @property
     def times(self):
         return np.concatenate([np.arange(n) * PERIOD for n in ROWS.values()])
+
+    @property
+    def recordings(self):
+        return {name: range(n) for name, n in ROWS.items()}
+
+    def values_in(self, values, recording):
+        return of_recording(values, recording, {})
 
     def first_sample(self, recording):
         return {"first": 0, "second": ROWS["first"]}[recording]
@@ -107,3 +115,12 @@ def test_a_model_that_samples_faster_than_the_rows_takes_all_its_samples():
     held = (1.0 - q) / 0.05  # share of the new force of a sample that it rises in
     first = 1.0 - held
     assert value[1] == pytest.approx(q * first + 1.0 - q, rel=1e-12)
+
+
+def test_a_parameter_that_each_recording_has_for_itself_is_that_of_each_row():
+    inputs = dict.fromkeys(registry.load("servo_axis_inverse").inputs.names, 0.0) | {"der_q": 2.0}
+    parameters = {"damping": 1.0, "damping@first": 10.0, "damping@second": 30.0}
+    value = signals("servo_axis_inverse", parameters, inputs, {})["servo_axis_inverse.friction"]["value"]
+
+    assert np.unique(value[: ROWS["first"]]).tolist() == [20.0]
+    assert np.unique(value[ROWS["first"] :]).tolist() == [60.0]

@@ -12,7 +12,8 @@ from master.diagnosis.numerics.least_squares import Fit
 from master.diagnosis.replay.placed_effect import PlacedEffect
 from master.diagnosis.search.extended_model import ExtendedModel
 from master.diagnosis.search.families import Ranked, family, is_beaten
-from master.diagnosis.search.rounds import Round, _is_enough, _most_of_the_rest
+from master.diagnosis.search.rounds import Round, _is_enough, _most_of_the_rest, shortlist
+from master.diagnosis.search.screening import Screened
 
 N, BLOCKS = 1200, [slice(100 * i, 100 * (i + 1)) for i in range(12)]
 T = np.linspace(0.0, 6.0, N)
@@ -140,3 +141,18 @@ def test_behind_nearly_everything_only_what_explains_most_of_the_rest_counts():
 
     assert _most_of_the_rest(much).family == much.family
     assert _most_of_the_rest(little).family == ()
+
+
+def promising(gain, effect, slot="rope"):
+    return Screened(ExtendedModel((PlacedEffect("sensor", slot, effect),)), ({},), gain, {})
+
+
+def test_an_offset_competes_however_many_others_promise_more():
+    """Eight ripples fill the list; an offset of 2 % is fitted with them, one that promises nothing is not."""
+    ripples = [promising(0.9 - 0.01 * i, "ripple", f"slot_{i}") for i in range(8)]
+    offset = promising(0.02, "offset")
+    nothing = promising(1e-4, "offset", "elsewhere")
+
+    fitted_ones = shortlist([*ripples, offset, nothing])
+
+    assert fitted_ones == [*ripples[:6], offset]

@@ -7,7 +7,7 @@ import pytest
 
 from fmu_sources.effects.framework.effect import Rms
 from master.diagnosis.numerics.least_squares import FAR, Fit, FreeParameter
-from master.diagnosis.numerics.regression import bounded_below
+from master.diagnosis.numerics.regression import Background
 from master.diagnosis.replay.placed_effect import PlacedEffect
 from master.diagnosis.search.extended_model import ExtendedModel
 from master.diagnosis.search.screening import screened
@@ -110,9 +110,8 @@ def test_an_effect_after_another_in_its_slot_sees_what_that_returns(study, base)
 def test_a_factor_below_its_bound_is_left_out_by_hand():
     """Residual (3, -2) on two responses (1, 0) and (0, 1) of which none may be negative."""
     none = np.zeros((0, 0))
-    result = bounded_below(
-        np.array([3.0, -2.0]), [], none, np.zeros(0), [np.array([1.0, 0.0]), np.array([0.0, 1.0])], [0.0, 0.0]
-    )
+    background = Background(np.array([3.0, -2.0]), [], none, np.zeros(0))
+    result = background.regressed([np.array([1.0, 0.0]), np.array([0.0, 1.0])], [0.0, 0.0])
 
     assert result.factors.tolist() == pytest.approx([3.0, 0.0])
     assert result.power == pytest.approx(4.0)
@@ -120,9 +119,22 @@ def test_a_factor_below_its_bound_is_left_out_by_hand():
 
 def test_a_prior_pulls_a_free_column_by_hand():
     """Minimise (1 - a)^2 + (0 - a)^2: a = 1/2, and 1/2 is left."""
-    result = bounded_below(np.array([1.0]), [np.array([1.0])], np.eye(1), np.zeros(1), [], [])
+    result = Background(np.array([1.0]), [np.array([1.0])], np.eye(1), np.zeros(1)).regressed([], [])
 
     assert result.power == pytest.approx(0.5)
+
+
+def test_a_response_beside_what_is_fitted_already_is_regressed_on_together_with_it():
+    """By hand: (2, 3) on (1, 1) and (0, 1) is met by 2 and 1; twice (1, 1) has nothing of its own."""
+    background = Background(np.array([2.0, 3.0]), [np.ones(2)], np.zeros((1, 1)), np.zeros(1))
+
+    other = background.regressed([np.array([0.0, 1.0])], [0.0])
+    same = background.regressed([np.array([2.0, 2.0])], [0.0])
+
+    assert other.factors == pytest.approx([1.0])
+    assert other.power == pytest.approx(0.0, abs=1e-12)
+    assert same.factors.tolist() == [0.0]
+    assert same.power == pytest.approx(background.power) == pytest.approx(0.5)
 
 
 def test_a_study_does_not_change_after_it_was_made(study):
