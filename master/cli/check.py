@@ -11,28 +11,12 @@ from master.errors import ConfigError
 from master.installation import configuration
 from master.text.yaml_lines import read_yaml
 
-from .common import (
-    CONFIG,
-    FLAVOUR,
-    INPUTS,
-    JSON,
-    SET,
-    STEP_SIZE,
-    VARIANT,
-    answers_errors,
-    print_json,
-    say,
-    show_building,
-)
+from .common import INPUTS, JSON, answers_errors, print_json, say, show_building, system_options
 
 
 @click.command()
-@CONFIG
-@VARIANT
-@SET
+@system_options
 @INPUTS
-@STEP_SIZE
-@FLAVOUR
 @click.option(
     "--plot",
     type=click.Path(path_type=Path, dir_okay=False),

@@ -19,7 +19,7 @@ import numpy as np
 
 from master.analysis.closed_loop.linearise import Assumption, Linearisation
 from master.analysis.closed_loop.tick_matrix import LinearSystem
-from master.analysis.measures.margins import margin
+from master.analysis.measures.margins import delay_margin
 from master.analysis.measures.poles import Pole, poles
 from master.errors import ConfigError, Problem, nearest
 from master.experiment.experiment import Experiment
@@ -239,8 +239,8 @@ def _judged(coupled: LinearSystem, wire: Wire, looped: set[str], factors: Mappin
     least = min(own, key=lambda pole: pole.zeta)
     if least.zeta <= 0.0:
         return Plant(factors, least.zeta, least.frequency, None, None)
-    found = margin(coupled, wire)
-    return Plant(factors, least.zeta, least.frequency, found.delay, found.advance)
+    found = delay_margin(coupled, wire)
+    return Plant(factors, least.zeta, least.frequency, found.later, found.earlier)
 
 
 def _is_of(pole: Pole, looped: set[str]) -> bool:
