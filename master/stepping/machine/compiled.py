@@ -76,9 +76,9 @@ def compiled() -> Execute:
     files.drop_damaged()
 
     def run(memory: Memory, *arguments: Any, pace: int | None = None) -> Execution:
-        known = len(dispatcher.signatures)
+        known = len(dispatcher.overloads)
         result: Execution = dispatcher(memory, *arguments, None if is_plain(memory) else True, pace)
-        if len(dispatcher.signatures) > known:
+        if len(dispatcher.overloads) > known:
             files.note_digests()
         return result
 
