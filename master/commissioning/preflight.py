@@ -12,12 +12,12 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from master.analysis.closed_loop.linearise import Assumption, Linearisation
+from master.analysis.closed_loop.linearise import Assumption, Linearisation, without_reference
 from master.analysis.closed_loop.tick_matrix import LinearSystem
 from master.analysis.measures.margins import delay_margin
 from master.analysis.measures.poles import Pole, poles
@@ -156,7 +156,7 @@ def preflight(
         FmuError: If an FMU fails, or cannot save its state.
     """
     own = own_values(box, experiment.system)
-    linearisation = Linearisation(_without_reference(experiment), factory)
+    linearisation = Linearisation(without_reference(experiment), factory)
     coupled = linearisation.coupled()
     looped = in_loops(coupled)
     if not looped:
@@ -187,17 +187,6 @@ def _objections(coupled: LinearSystem, looped: set[str]) -> Iterator[str]:
             yield f"the answers of {name} alone are repeated to {system.misfit:.1e} only"
         if system.curvature > LARGEST_CURVATURE:
             yield f"{name} is not linear, its answers bend by {system.curvature:.1e}"
-
-
-def _without_reference(experiment: Experiment) -> Experiment:
-    """Leave the reference out that no wire needs: it is in no loop."""
-    compare = experiment.config.compare
-    if compare is None or compare.reference is None:
-        return experiment
-    config = experiment.config.model_copy(
-        update={"compare": compare.model_copy(update={"reference": None, "reference_force": None})}
-    )
-    return replace(experiment, config=config)
 
 
 def in_loops(coupled: LinearSystem) -> set[str]:
