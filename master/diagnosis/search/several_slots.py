@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -39,11 +39,15 @@ SMALLEST_OF_BEST = 0.5  # promise over that of the most promising, for a fit
 
 @dataclass(frozen=True)
 class _Promise:
-    """A law in several slots: the share of the residual's power that one linear step takes away."""
+    """
+    A law in several slots: the share of the residual's power that one linear step takes away.
+
+    `starts` are first guesses, one for each size of the shapes.
+    """
 
     share: float
     model: ExtendedModel
-    start: Mapping[str, float]
+    starts: tuple[Mapping[str, float], ...]
 
 
 def with_laws_in_several_slots(
@@ -120,8 +124,11 @@ def _with_one_more(study: Study, so_far: SearchResult, laws: Sequence[Together])
     study.build([(*so_far.model.effects, placed) for law in left for placed in law])
     best_of: dict[Together, _Promise] = {}
     for p in (p for law in left for p in _promises(study, tangent, law)):
-        if np.isfinite(p.share) and p.share >= best_of.get(p.model.effects, p).share:
-            best_of[p.model.effects] = p
+        if np.isfinite(p.share):
+            other = best_of.get(p.model.effects, p)
+            best = max(p, other, key=lambda q: q.share)
+            starts = p.starts if other is p else (*other.starts, *p.starts)
+            best_of[p.model.effects] = replace(best, starts=starts)
     ordered = sorted(best_of.values(), key=lambda p: -p.share)
     least = max(SMALLEST_PROMISE, SMALLEST_OF_BEST * ordered[0].share) if ordered else 0.0
     shortlist = [p for p in ordered[:MOST_FITTED] if p.share >= least]
@@ -148,16 +155,18 @@ def _fitted(study: Study, so_far: SearchResult, promise: _Promise) -> Fit:
 
     What laws were bent to alone is no good place to begin from with what they lacked.
     """
-    begins = [dict(so_far.fit.values) | dict(promise.start)]
+    begins = [dict(so_far.fit.values)]
     if so_far.model.effects:
         typical = {
             p.name: p.start
             for placed in so_far.model.effects
             for p in free_parameters(placed, study.signal_rms(placed.place))
         }
-        begins.append(dict(so_far.base.values) | typical | dict(promise.start))
-    fits = [study.fitted(promise.model, [begin], PRECISE) for begin in begins]
-    return min(fits, key=lambda f: f.cost)
+        begins.append(dict(so_far.base.values) | typical)
+    guesses = [begin | dict(start) for begin in begins for start in promise.starts]
+    fits = [study.fitted(promise.model, [guess]) for guess in guesses]  # a few steps do not tell minima apart
+    best = min(fits, key=lambda f: f.cost)
+    return study.fitted(promise.model, [best.values], PRECISE)
 
 
 def _promises(study: Study, tangent: Tangent, law: Together) -> Iterator[_Promise]:
@@ -189,7 +198,7 @@ def _promises(study: Study, tangent: Tangent, law: Together) -> Iterator[_Promis
             for p, size in zip(probed, gain.factors, strict=True):
                 least = LEAST_AMPLITUDE * p.start if p.low >= 0.0 else p.low
                 start[p.name] = float(min(max(size * law[0].law.probe * p.start, least), p.high))
-            yield _Promise(gain.share, model, start)
+            yield _Promise(gain.share, model, (start,))
 
 
 def _bounded(value: float, p: FreeParameter) -> float:
