@@ -1,10 +1,11 @@
 """
-Many runs of the docking loop: a campaign, and a loop over FMPy's `simulate_fmu` of its container.
+Many runs of the docking loop: a campaign, and FMPy's `simulate_fmu` of its container, alone and with Dask.
 
     python benchmarks/campaigns.py [--json] [--runs 20] [--seconds 10]
 
-Five native FMUs, steps of 1 ms, another mass each run, one number kept of each run; in one process each.
-Processor time counts, so that a busy machine does not decide.
+Five native FMUs, steps of 1 ms, another mass each run, one number kept of each run; in one process each,
+with Dask in two workers that have made a run before. Processor time of all processes counts, so that a busy
+machine does not decide.
 """
 
 from __future__ import annotations
@@ -29,13 +30,12 @@ def main() -> None:
     parser.add_argument("--json", action="store_true")
     parser.add_argument("--runs", type=int, default=20)
     parser.add_argument("--seconds", type=float, default=10.0)
-    parser.add_argument("--part", choices=("ours", "fmpy"))
+    parser.add_argument("--part", choices=PARTS)
     arguments = parser.parse_args()
     if arguments.part is not None:
-        part = {"ours": ours, "fmpy": fmpy}[arguments.part]
-        print(json.dumps(part(arguments.runs, arguments.seconds)))
+        print(json.dumps(PARTS[arguments.part](arguments.runs, arguments.seconds)))
         return
-    rows = [_apart(name, arguments.runs, arguments.seconds) for name in ("ours", "fmpy")]
+    rows = [_apart(name, arguments.runs, arguments.seconds) for name in PARTS]
     for row in rows:
         row["ratio"] = row["ms_per_run"] / rows[0]["ms_per_run"]
     if arguments.json:
@@ -83,9 +83,40 @@ def ours(runs: int, seconds: float) -> dict:
 
 def fmpy(runs: int, seconds: float) -> dict:
     """Make the runs by a loop over `simulate_fmu`, with the FMU unpacked and its description read once."""
+    with tempfile.TemporaryDirectory() as folder:
+        unpacked, step = _container(Path(folder), seconds)
+        begin = 0.0
+        for mass in (0.5 * sum(MASSES), *_masses(runs)):
+            number = _simulated(unpacked, mass, seconds, step)
+            begin = begin or time.process_time()  # the first run loads
+        spent = time.process_time() - begin
+    return {"name": "FMPy simulate_fmu of its container", "ms_per_run": 1e3 * spent / runs, "last": number}
+
+
+def dask(runs: int, seconds: float) -> dict:
+    """Make the runs by tasks of a Dask cluster of two processes, as FMPy's example of it does."""
+    from distributed import Client, LocalCluster
+
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster,
+        Client(cluster) as client,
+    ):
+        unpacked, step = _container(Path(folder), seconds)
+        first = 0.5 * sum(MASSES)
+        for place in client.scheduler_info()["workers"]:  # the first run loads
+            client.submit(_simulated, unpacked, first, seconds, step, workers=[place], pure=False).result()
+        begin = time.process_time() + sum(client.run(time.process_time).values())
+        tasks = [client.submit(_simulated, unpacked, mass, seconds, step) for mass in _masses(runs)]
+        numbers = client.gather(tasks)
+        spent = time.process_time() + sum(client.run(time.process_time).values()) - begin
+    return {"name": "FMPy with Dask", "ms_per_run": 1e3 * spent / runs, "last": numbers[-1]}
+
+
+def _container(folder: Path, seconds: float) -> tuple[str, float]:
+    """Write FMPy's container of the loop, unpacked; return its folder and the step size [s]."""
     sys.path.insert(0, str(HERE / "runners"))
-    import numpy as np
-    from fmpy import extract, read_model_description, simulate_fmu
+    from fmpy import extract
     from fmpy.container_fmu.cli import create_container_fmu
     from fmpy_container import configure
     from systems import docking_loop
@@ -93,28 +124,36 @@ def fmpy(runs: int, seconds: float) -> dict:
     spec = json.loads(docking_loop().spec.read_text(encoding="utf-8"))
     description, configuration = configure(spec)
     description.defaultExperiment.stopTime = repr(seconds)
-    with tempfile.TemporaryDirectory() as folder:
-        (Path(folder) / "unzipped").mkdir()
-        file = Path(folder) / "container.fmu"
-        create_container_fmu(configuration, Path(folder) / "unzipped", file)
-        unpacked = extract(str(file))
-        known = read_model_description(unpacked, validate=False)
-        begin = 0.0
-        for mass in (0.5 * sum(MASSES), *_masses(runs)):
-            rows = simulate_fmu(
-                unpacked,
-                model_description=known,
-                validate=False,
-                stop_time=seconds,
-                step_size=spec["step_size"],
-                output_interval=spec["step_size"],
-                start_values={"spacecraft.m_s": mass},
-                output=["spacecraft.s_des"],
-            )
-            number = float(np.sqrt(np.mean(rows["spacecraft.s_des"] ** 2)))
-            begin = begin or time.process_time()  # the first run loads
-        spent = time.process_time() - begin
-    return {"name": "FMPy simulate_fmu of its container", "ms_per_run": 1e3 * spent / runs, "last": number}
+    (folder / "unzipped").mkdir()
+    create_container_fmu(configuration, folder / "unzipped", folder / "container.fmu")
+    return extract(str(folder / "container.fmu")), spec["step_size"]
+
+
+_known: dict = {}  # descriptions by folder, read once a process
+
+
+def _simulated(unpacked: str, mass: float, seconds: float, step: float) -> float:
+    """Make a run with FMPy; return the root of the mean square of the motion."""
+    import numpy as np
+    from fmpy import read_model_description, simulate_fmu
+
+    if unpacked not in _known:
+        _known[unpacked] = read_model_description(unpacked, validate=False)
+    rows = simulate_fmu(
+        unpacked,
+        model_description=_known[unpacked],
+        validate=False,
+        stop_time=seconds,
+        step_size=step,
+        output_interval=step,
+        start_values={"spacecraft.m_s": mass},
+        output=["spacecraft.s_des"],
+    )
+    return float(np.sqrt(np.mean(rows["spacecraft.s_des"] ** 2)))
+
+
+PARTS = {"ours": ours, "fmpy": fmpy, "dask": dask}
+"""What is measured, each in a process of its own."""
 
 
 if __name__ == "__main__":

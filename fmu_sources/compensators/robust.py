@@ -423,7 +423,8 @@ class Robust(Model):
         residual = f_l + (1.0 + kappa) * y_l + (eps - kappa * known.t_s) * der_y_l
         bands, less_noise = _without_noise(x, residual, noise, slow["explained"], p, m)
         r = m.where(p.adapts, less_noise, residual)
-        undone, f_e = _undone(x, slow["latency"] - x.latency, der_y_l, kappa, known, p)
+        sensed = m.where(known.latency_share > 0.0, der_y_l, 0.0)
+        undone, f_e = _undone(x, slow["latency"] - x.latency, sensed, kappa, known, p)
         damping = eps - slow["latency"] - kappa * known.t_s
         is_halved = m.both(p.half_first_force, x.has_started == 0.0)
         ahead = y_d + p.force_delay * der_y_d

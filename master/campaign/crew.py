@@ -28,7 +28,7 @@ from .stepper import CRASHED, TIMED_OUT, Row, Stepper
 _AHEAD_SECONDS = 0.2  # work that a process has before it, so that it never waits
 _MOST_AHEAD = 256
 _LOOK_SECONDS = 0.1
-_MOST_ATTEMPTS = 6
+_MOST_ATTEMPTS = 10
 _FROM_OUTSIDE = (signal.SIGKILL, signal.SIGTERM, signal.SIGHUP, signal.SIGINT)
 _FULL = 100  # runs after which a process's pace is known well
 
@@ -68,6 +68,7 @@ class Crew:
         self._seconds = 0.0
         self._done = 0
         self._again: deque[Order] = deque()
+        self._late: deque[Order] = deque()  # killed ones are made last: kills may come in a burst
         load_plain()  # once, for all processes
 
     def rows(
@@ -125,7 +126,8 @@ class Crew:
         return order is not None
 
     def _next(self, orders: Iterator[Order]) -> Order | None:
-        return self._again.popleft() if self._again else next(orders, None)
+        order = self._again.popleft() if self._again else next(orders, None)
+        return self._late.popleft() if order is None and self._late else order
 
     def _send(self, hand: _Hand, order: Order) -> None:
         if not hand.orders:
@@ -187,7 +189,7 @@ class Crew:
         if orders and not hand.leaves:
             first = orders.popleft()
             if self._was_killed(hand) and first.attempt < _MOST_ATTEMPTS:
-                orders.appendleft(Order(first.run, first.more, first.attempt + 1))
+                self._late.append(Order(first.run, first.more, first.attempt + 1))
             else:
                 call = hand.child.position.call()
                 t = None if call is None else hand.child.position.time()

@@ -16,7 +16,7 @@ from scipy.integrate import trapezoid
 from master.errors import ConfigError, Problem
 from master.evaluation.metrics import compute_metrics
 from master.recording.recorder import Result
-from master.runs.execute import ROWS_IN_MEMORY
+from master.runs.execute import rows_in_memory
 from master.system.config import Compare
 
 from .campaign import Measure
@@ -29,7 +29,7 @@ def metrics(result: Result, compare: Compare | None, names: tuple[str, ...]) -> 
     """Compute metrics by name as `dockloop run` does, from as many rows as it keeps of a long run."""
     if not names or compare is None:
         return dict.fromkeys(names)
-    every = math.ceil((len(result.time) - 1) / ROWS_IN_MEMORY) or 1
+    every = math.ceil((len(result.time) - 1) / rows_in_memory(result.values.shape[1])) or 1
     kept = result if every == 1 else replace(result, time=result.time[::every], values=result.values[::every])
     found = compute_metrics(kept, compare)
     return {name: found[name] for name in names}

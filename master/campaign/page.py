@@ -23,6 +23,7 @@ from .dataset import read_columns
 from .interval import Interval, probability
 from .plan import DIVERGED_SHARE, Plan
 from .sensitivity import sobol_indices, tornado
+from .stability import stability
 from .stepper import FAILURES
 from .swept import Swept
 from .systems import portable
@@ -108,6 +109,10 @@ def write_page(plan: Plan, swept: Swept, folder: Path, path: Path) -> Path:
     }
     dependent = {name: columns[name].astype(float) for name in numbers}
     with_diverged = {DIVERGED_SHARE: _diverged(columns), **dependent}
+    maps = stability(plan, columns)
+    charts = {"histograms": [_histogram(plan, name, columns[name]) for name in numbers[:MOST_CHARTS]]}
+    if maps is not None:
+        charts["stability"] = maps.charts
     text = render(
         "master.campaign",
         "campaign.html.j2",
@@ -117,7 +122,8 @@ def write_page(plan: Plan, swept: Swept, folder: Path, path: Path) -> Path:
         growing=growing_share(columns),
         inputs=[[c.key, plan.campaign.vary[c.key].kind, c.unit] for c in plan.sample.columns],
         numbers=_number_rows(plan, known["numbers"]),
-        charts={"histograms": [_histogram(plan, name, columns[name]) for name in numbers[:MOST_CHARTS]]},
+        charts=charts,
+        stability=maps,
         scatter=_scatter(plan, numeric, dependent),
         tornadoes=[
             (name, [[bar.key, number(bar.low), number(bar.high), number(bar.span)] for bar in bars])

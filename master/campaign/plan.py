@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import shlex
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -26,7 +27,7 @@ from master.stepping.recorded import recorded_ports
 from master.system.graph import signal_fault, with_values
 from master.text.yaml_lines import Document
 
-from .campaign import ALL, Campaign, Measure, read_campaign
+from .campaign import ALL, Campaign, Design, Measure, Vary, read_campaign
 from .measures import load_function
 from .sample import Column, Sample, make_sample
 from .systems import Varied, prepared
@@ -106,6 +107,27 @@ class Plan:
     def values(self, run: int) -> dict[str, Any]:
         """Return the values of a run of the sample, by key."""
         return self.sample.values(run)
+
+    def grid(self, values: Mapping[str, list[Any]]) -> Sample:
+        """
+        Return all combinations of some numbers, by key, in the units of the system.
+
+        What is linked to others follows; all else has its middle value, or the one that it has most often.
+
+        Raises:
+            ConfigError: If the links do not bear it.
+        """
+        vary = dict(self.campaign.vary)
+        for column in self.sample.free:
+            vary[column.key] = Vary(values=values.get(column.key) or [_middle(column)])
+        campaign = self.campaign.model_copy(
+            update={"vary": vary, "design": Design(), "correlations": []},
+        )
+
+        def where(*place: str | int) -> str:
+            return self.document.where(place)
+
+        return make_sample(campaign, self.varied.targets, where, _Base(self.base))
 
     def seed_of(self, values: Mapping[str, Any]) -> int | None:
         """Return the seed of the noise in a run: the one that varies, or the one seed that the system has."""
@@ -324,6 +346,15 @@ class _Planner:
                 except ConfigError as error:
                     for problem in error.problems:
                         self._add(problem, "tune", "values", key)
+
+
+def _middle(column: Column) -> Any:
+    """Return the lower of the middle values of numbers, else the most frequent value."""
+    if column.is_number:
+        return np.sort(column.values)[(len(column.values) - 1) // 2].item()
+    texts = Counter(json.dumps(column.value(run)) for run in range(len(column.values)))
+    [(text, _)] = texts.most_common(1)
+    return json.loads(text)
 
 
 def _extremes(column: Column) -> list[Any]:

@@ -20,26 +20,12 @@ from master.errors import ConfigError, expected
 from master.experiment.experiment import Experiment
 from master.experiment.prepare import Request
 
-from .common import (
-    CONFIG,
-    FLAVOUR,
-    JSON,
-    SET,
-    STEP_SIZE,
-    VARIANT,
-    answers_errors,
-    calls_fmus,
-    print_json,
-    say,
-    show_building,
-)
+from .common import JSON, answers_errors, calls_fmus, print_json, say, show_building, system_options
 from .console import STDERR
 
 
 @click.command()
-@CONFIG
-@VARIANT
-@SET
+@system_options
 @click.option(
     "--sweep",
     "sweeps",
@@ -48,8 +34,6 @@ from .console import STDERR
     help="Stability over one or two parameters or extra delays [s] of connected inputs; writes a PNG.",
 )
 @click.option("--zeros", "pair", metavar="INPUT:OUTPUT", help="Zeros from a connected input to an output.")
-@STEP_SIZE
-@FLAVOUR
 @click.option(
     "--output",
     type=click.Path(path_type=Path, file_okay=False),

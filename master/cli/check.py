@@ -8,33 +8,15 @@ from typing import Any
 import click
 
 from master.errors import ConfigError
-from master.experiment.prepare import Request, prepare
-from master.fmi.unpacked import require_runnable
 from master.installation import configuration
 from master.text.yaml_lines import read_yaml
 
-from .common import (
-    CONFIG,
-    FLAVOUR,
-    INPUTS,
-    JSON,
-    SET,
-    STEP_SIZE,
-    VARIANT,
-    answers_errors,
-    print_json,
-    say,
-    show_building,
-)
+from .common import INPUTS, JSON, answers_errors, print_json, say, show_building, system_options
 
 
 @click.command()
-@CONFIG
-@VARIANT
-@SET
+@system_options
 @INPUTS
-@STEP_SIZE
-@FLAVOUR
 @click.option(
     "--plot",
     type=click.Path(path_type=Path, dir_okay=False),
@@ -52,6 +34,9 @@ def check(config: Path, plot: Path | None, as_json: bool, **options: Any) -> Non
         raise ConfigError(
             [f"--plot: {config} is a system, expected a case; a run draws a system: dockloop run {config}"]
         )
+    from master.experiment.prepare import Request, prepare
+    from master.fmi.unpacked import require_runnable
+
     experiment = prepare(config, Request(**options), show_building)
     require_runnable(i.description for i in experiment.system.instances.values())
     counts = {

@@ -46,6 +46,13 @@ FLAVOUR = click.option(
 )
 
 
+def system_options(command: Callable[..., None]) -> Callable[..., None]:
+    """Add CONFIG and what changes it: --variant, --set, --step-size, --flavour."""
+    for option in reversed((CONFIG, VARIANT, SET, STEP_SIZE, FLAVOUR)):
+        command = option(command)
+    return command
+
+
 _collected: list[str] | None = None  # in a child process: what this command says, for the parent to print
 
 

@@ -12,28 +12,12 @@ from master.coupling.ledger import Entry, Ledger
 from master.experiment.experiment import Experiment
 from master.experiment.prepare import Request, prepare
 
-from .common import (
-    CONFIG,
-    FLAVOUR,
-    INPUTS,
-    JSON,
-    SET,
-    STEP_SIZE,
-    VARIANT,
-    answers_errors,
-    print_json,
-    say,
-    show_building,
-)
+from .common import INPUTS, JSON, answers_errors, print_json, say, show_building, system_options
 
 
 @click.command()
-@CONFIG
-@VARIANT
-@SET
+@system_options
 @INPUTS
-@STEP_SIZE
-@FLAVOUR
 @JSON
 @answers_errors
 def explain(config: Path, as_json: bool, **options: Any) -> None:

@@ -12,15 +12,11 @@ from master.api import prepare_to_run
 from master.experiment.prepare import Request
 from master.ssp.export import write_ssp
 
-from .common import CONFIG, FLAVOUR, SET, STEP_SIZE, VARIANT, answers_errors, calls_fmus, say, show_building
+from .common import answers_errors, calls_fmus, say, show_building, system_options
 
 
 @click.command("export-ssp")
-@CONFIG
-@VARIANT
-@SET
-@STEP_SIZE
-@FLAVOUR
+@system_options
 @click.option("--output", type=click.Path(path_type=Path), metavar="FILE", help="The archive to write.")
 @answers_errors
 @calls_fmus

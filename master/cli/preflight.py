@@ -18,25 +18,12 @@ from master.experiment.prepare import Request
 from master.installation import configuration
 from master.process.child import done_apart
 
-from .common import (
-    CONFIG,
-    FLAVOUR,
-    JSON,
-    SET,
-    STEP_SIZE,
-    VARIANT,
-    answers_errors,
-    print_json,
-    say,
-    show_building,
-)
+from .common import JSON, answers_errors, print_json, say, show_building, system_options
 from .counted import counted_progress
 
 
 @click.command()
-@CONFIG
-@VARIANT
-@SET
+@system_options
 @click.option(
     "--box",
     "box_file",
@@ -49,8 +36,6 @@ from .counted import counted_progress
     metavar="METHOD,...",
     help="Methods in the place of the compensator, or all; without it the system as it is configured.",
 )
-@STEP_SIZE
-@FLAVOUR
 @click.option(
     "--output",
     type=click.Path(path_type=Path, file_okay=False),

@@ -40,19 +40,7 @@ from master.stepping.outcome import (
 from master.stepping.pacing import CONTINUE, STOP, Pacer
 from master.text.printable import printable
 
-from .common import (
-    CONFIG,
-    FLAVOUR,
-    INPUTS,
-    JSON,
-    SET,
-    STEP_SIZE,
-    VARIANT,
-    answers_errors,
-    print_json,
-    say,
-    show_building,
-)
+from .common import INPUTS, JSON, answers_errors, print_json, say, show_building, system_options
 from .console import STDERR
 
 _EXIT = {
@@ -93,13 +81,9 @@ def _interval(_: click.Context, __: click.Parameter, value: str | None) -> float
 
 
 @click.command()
-@CONFIG
-@VARIANT
-@SET
+@system_options
 @INPUTS
 @click.option("--stop-time", type=float, metavar="T", help="Stop at T seconds instead of the file's time.")
-@STEP_SIZE
-@FLAVOUR
 @click.option(
     "--output",
     type=click.Path(path_type=Path, file_okay=False),

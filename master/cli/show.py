@@ -12,15 +12,11 @@ from master.experiment.prepare import Request, prepare
 from master.recording.names import folder_name
 from master.runs.diagram import save_diagram
 
-from .common import CONFIG, FLAVOUR, SET, STEP_SIZE, VARIANT, answers_errors, say, show_building
+from .common import answers_errors, say, show_building, system_options
 
 
 @click.command()
-@CONFIG
-@VARIANT
-@SET
-@STEP_SIZE
-@FLAVOUR
+@system_options
 @click.option(
     "--output",
     type=click.Path(path_type=Path, dir_okay=False),

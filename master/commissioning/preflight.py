@@ -12,14 +12,14 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from master.analysis.closed_loop.linearise import Assumption, Linearisation
+from master.analysis.closed_loop.linearise import Assumption, Linearisation, without_reference
 from master.analysis.closed_loop.tick_matrix import LinearSystem
-from master.analysis.measures.margins import margin
+from master.analysis.measures.margins import delay_margin
 from master.analysis.measures.poles import Pole, poles
 from master.errors import ConfigError, Problem, nearest
 from master.experiment.experiment import Experiment
@@ -156,7 +156,7 @@ def preflight(
         FmuError: If an FMU fails, or cannot save its state.
     """
     own = own_values(box, experiment.system)
-    linearisation = Linearisation(_without_reference(experiment), factory)
+    linearisation = Linearisation(without_reference(experiment), factory)
     coupled = linearisation.coupled()
     looped = in_loops(coupled)
     if not looped:
@@ -187,17 +187,6 @@ def _objections(coupled: LinearSystem, looped: set[str]) -> Iterator[str]:
             yield f"the answers of {name} alone are repeated to {system.misfit:.1e} only"
         if system.curvature > LARGEST_CURVATURE:
             yield f"{name} is not linear, its answers bend by {system.curvature:.1e}"
-
-
-def _without_reference(experiment: Experiment) -> Experiment:
-    """Leave the reference out that no wire needs: it is in no loop."""
-    compare = experiment.config.compare
-    if compare is None or compare.reference is None:
-        return experiment
-    config = experiment.config.model_copy(
-        update={"compare": compare.model_copy(update={"reference": None, "reference_force": None})}
-    )
-    return replace(experiment, config=config)
 
 
 def in_loops(coupled: LinearSystem) -> set[str]:
@@ -239,8 +228,8 @@ def _judged(coupled: LinearSystem, wire: Wire, looped: set[str], factors: Mappin
     least = min(own, key=lambda pole: pole.zeta)
     if least.zeta <= 0.0:
         return Plant(factors, least.zeta, least.frequency, None, None)
-    found = margin(coupled, wire)
-    return Plant(factors, least.zeta, least.frequency, found.delay, found.advance)
+    found = delay_margin(coupled, wire)
+    return Plant(factors, least.zeta, least.frequency, found.later, found.earlier)
 
 
 def _is_of(pole: Pole, looped: set[str]) -> bool:

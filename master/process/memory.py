@@ -115,12 +115,12 @@ def is_of_memory(error: BaseException) -> bool:
     """Whether an error that a library raises has its cause in too little memory."""
     seen: BaseException | None = error
     while seen is not None:
+        if isinstance(seen, SystemError):  # the interpreter itself says no more than that something failed
+            return not math.isinf(address_space())
         if isinstance(seen, MemoryError) or (isinstance(seen, OSError) and seen.errno == errno.ENOMEM):
             return True
         text = str(seen).lower()
-        if isinstance(seen, ImportError | OSError | RuntimeError | SystemError) and any(
-            said in text for said in _SAID
-        ):
+        if isinstance(seen, ImportError | OSError | RuntimeError) and any(said in text for said in _SAID):
             return not math.isinf(address_space())
         seen = seen.__cause__ or seen.__context__
     return False

@@ -16,6 +16,7 @@ Floats = NDArray[np.float64]
 
 _RING_BYTES = 2**26
 _FEWEST_ROWS = 1024
+_MOST_BYTES_TAKEN = 2**22
 _WAIT_SECONDS = 1e-3
 
 
@@ -74,10 +75,15 @@ class SharedRows:
         return max(int(self._cells[WRITTEN]), in_room)
 
     def take(self, end: int) -> Floats:
-        """Return rows not taken before, up to `end` at most, as a copy; shape (n, signals)."""
+        """
+        Return rows not taken before, up to `end` at most, as a copy; shape (n, signals).
+
+        A few megabytes at a time: what takes them needs the same memory however far it is behind.
+        """
         begin = int(self._cells[CONSUMED])
         first = begin % self.capacity
-        rows = self._table[first : first + min(end - begin, self.capacity - first)].copy()
+        most = max(1, _MOST_BYTES_TAKEN // (8 * max(1, self._table.shape[1])))
+        rows = self._table[first : first + min(end - begin, self.capacity - first, most)].copy()
         self._cells[CONSUMED] = begin + len(rows)
         return rows
 

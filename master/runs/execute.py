@@ -33,14 +33,21 @@ from master.stepping.outcome import (
     RunOptions,
 )
 from master.stepping.pacing import Pacer
+from master.stepping.recorded import recorded_ports
 
 from .manifest import RUNNING, Described, write_manifest
 
 ROWS_IN_MEMORY = 100_000
+BYTES_IN_MEMORY = 2**28
 AT_ITS_END = (COMPLETED, DIVERGED, TERMINATED)
 """Statuses of a run that would end the same way if it went on again."""
 
 Shown = Callable[[], ProgressCallback]
+
+
+def rows_in_memory(n_signals: int) -> int:
+    """Return how many rows a run keeps in memory at most: of a wide system fewer."""
+    return min(ROWS_IN_MEMORY, max(1, BYTES_IN_MEMORY // (8 * max(1, n_signals))))
 
 
 def run_into(
@@ -75,7 +82,8 @@ def run_into(
     experiment = described.experiment
     with signals.noted() as interruption, OutputFolder(path, goes_on=goes_on) as folder:
         last = read_checkpoint(path) if goes_on else None
-        is_long = experiment.grid.n_ticks > ROWS_IN_MEMORY or described.checkpoints is not None
+        most_rows = rows_in_memory(len(recorded_ports(experiment.system)))
+        is_long = experiment.grid.n_ticks > most_rows or described.checkpoints is not None
         streamed = ResultFiles(path, mark=None if last is None else last.mark.files) if is_long else None
         log_file = None if level is None else LogFile(folder.path / LOG, level, goes_on=last is not None)
         durable = None
@@ -138,7 +146,8 @@ class _Run:
         keep_every = 1
         if self.streamed is not None:
             sink = SelectedRows(experiment.selection, self.streamed, first_row)
-            keep_every = max(1, math.ceil(grid.n_ticks / ROWS_IN_MEMORY))
+            most_rows = rows_in_memory(len(recorded_ports(experiment.system)))
+            keep_every = max(1, math.ceil(grid.n_ticks / most_rows))
         options = RunOptions(
             limits=experiment.limits,
             compared=experiment.compared,

@@ -88,6 +88,7 @@ def test_libraries_that_have_no_room_are_refused_before_they_end_the_process():
         (OSError(errno.ENOMEM, "Cannot allocate memory"), True),
         (ImportError("libarrow.so: failed to map segment from shared object"), True),
         (RuntimeError("can't start new thread"), True),
+        (SystemError("error return without exception set"), True),
         (ImportError("No module named 'h5py'"), False),
         (OSError(errno.ENOSPC, "No space left on device"), False),
         (ValueError("cannot allocate memory"), False),

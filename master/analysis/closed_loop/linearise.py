@@ -141,6 +141,17 @@ def frozen(system: System, *, after_run: bool) -> tuple[System, tuple[Assumption
     return system, tuple(found)
 
 
+def without_reference(experiment: Experiment) -> Experiment:
+    """Leave the reference out that no wire needs: it is in no loop."""
+    compare = experiment.config.compare
+    if compare is None or compare.reference is None:
+        return experiment
+    config = experiment.config.model_copy(
+        update={"compare": compare.model_copy(update={"reference": None, "reference_force": None})}
+    )
+    return replace(experiment, config=config)
+
+
 def changed(system: System, changes: Mapping[str, float]) -> System:
     """Replace parameters by `instance.parameter`."""
     instances = dict(system.instances)

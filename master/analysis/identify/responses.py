@@ -37,6 +37,8 @@ Floats = NDArray[np.float64]
 N_STEPS = 640
 N_SETTLING = 1000
 _RELATIVE_DELTA = 1e-2
+_ROUNDING = 1e-12
+"""Share of the motion at rest below which a difference of two runs is rounding, and no answer."""
 _SCALES = {"m": 1e-2, "m/s": 1e-1, "rad": 1e-2, "rad/s": 1e-1, "N": 1e2, "N m": 1e2}
 
 
@@ -127,11 +129,18 @@ def delta_of(variable: Variable) -> float:
     return _RELATIVE_DELTA * scale
 
 
-def _answer(pulse: Callable[[int, float], Floats], place: int, delta: float) -> tuple[Floats, float]:
+def answer_of(pulse: Callable[[int, float], Floats], place: int, delta: float) -> tuple[Floats, float]:
+    """
+    Return the answer to a pulse per unit, shape of a run, and the share of it that bends.
+
+    `pulse` runs with a pulse of some height on the input at a place. Differences as small as rounding are 0.
+    """
     up, down, rest = pulse(place, delta), pulse(place, -delta), pulse(place, 0.0)
     odd, even = 0.5 * (up - down), 0.5 * (up + down) - rest
     scale = np.max(np.abs(odd), axis=0)
-    moved = scale > 1e-9 * (np.max(np.abs(rest), axis=0) + 1e-30)
+    size = np.max(np.abs(rest), axis=0) + 1e-30
+    odd[:, scale <= _ROUNDING * size] = 0.0
+    moved = scale > 1e-9 * size
     bent = np.max(np.abs(even), axis=0)[moved] / scale[moved]
     return odd / delta, float(np.max(bent, initial=0.0))
 
@@ -174,7 +183,7 @@ class Bench:
         def pulse(place: int, delta: float) -> Floats:
             return self.pulse(place, delta, (N_SETTLING, N_SETTLING + N_STEPS))
 
-        answers = [_answer(pulse, i, delta_of(v)) for i, v in enumerate(self.question.inputs)]
+        answers = [answer_of(pulse, i, delta_of(v)) for i, v in enumerate(self.question.inputs)]
         return np.stack([a for a, _ in answers], axis=2), max(c for _, c in answers)
 
     def save(self) -> None:

@@ -25,6 +25,7 @@ from scipy.optimize import brentq
 from master.analysis.closed_loop.tick_matrix import LinearSystem, OpenedLoop
 from master.system.graph import Wire
 
+from .loop_transfer import LoopTransfer
 from .poles import growth_rate
 
 Floats = NDArray[np.float64]
@@ -33,7 +34,6 @@ Complexes = NDArray[np.complex128]
 _N_GRID = 1500
 _LARGEST_GAIN = 1e6
 _LOWEST = 1e-5
-_MOST_NUMBERS = 4_000_000  # of matrices that are solved at once: 64 MB
 _AROUND = np.concatenate([-np.geomspace(0.3, 1e-6, 12), np.geomspace(1e-6, 0.3, 12)])
 
 
@@ -64,35 +64,56 @@ def margins(coupled: LinearSystem) -> list[Margin]:
 
 def margin(coupled: LinearSystem, wire: Wire) -> Margin:
     """Return the margins of one connection of a stable system in which every FMU steps each tick."""
-    opened = coupled.opened(wire, cut=True)
-    angles = _angles(opened)
-    response = transfer(opened, np.exp(1j * angles))
-    crossings = _unit_gains(opened, angles, response)
-    delay = min(crossings, key=lambda one: one.delay, default=None)
-    gains = _gains(opened, angles, response)
-    step = coupled.step_size
+    swept = _swept(coupled, wire)
+    found = _delays(swept, coupled.step_size)
+    gains = _gains(swept)
     return Margin(
         wire.source.name,
         wire.target.name,
-        None if delay is None else delay.delay * step,
-        None if delay is None else delay.angle / (2.0 * math.pi * step),
+        found.later,
+        found.frequency,
         min((g for g in gains if g > 1.0), default=None),
         max((g for g in gains if 0.0 < g < 1.0), default=None),
-        min((one.advance * step for one in crossings), default=None),
+        found.earlier,
     )
 
 
-def transfer(opened: OpenedLoop, z: Complexes) -> Complexes:
-    """Loop transfer L(z)."""
-    n = len(opened.M)
-    found: Complexes = np.empty(len(z), dtype=np.complex128)
-    at_once = max(1, _MOST_NUMBERS // (n * n))
-    for first in range(0, len(z), at_once):
-        some = z[first : first + at_once]
-        sides = np.broadcast_to(opened.N, (len(some), n, 1))
-        resolvent = np.linalg.solve(some[:, None, None] * np.eye(n) - opened.M, sides)
-        found[first : first + at_once] = (opened.P @ resolvent)[:, 0, 0] + opened.Q[0, 0]
-    return found
+class DelayMargin(NamedTuple):
+    """How much later, and how much earlier [s], a connection may come, and the frequency [Hz] if later."""
+
+    later: float | None
+    frequency: float | None
+    earlier: float | None
+
+
+def delay_margin(coupled: LinearSystem, wire: Wire) -> DelayMargin:
+    """Return the delays alone, for a fraction of the time: a long delay line has many places of real gain."""
+    return _delays(_swept(coupled, wire), coupled.step_size)
+
+
+class _Swept(NamedTuple):
+    """A loop, and its transfer on a grid of angles w h."""
+
+    loop: LoopTransfer
+    angles: Floats
+    response: Complexes
+
+
+def _swept(coupled: LinearSystem, wire: Wire) -> _Swept:
+    opened = coupled.opened(wire, cut=True)
+    loop = LoopTransfer(opened)
+    angles = _angles(opened)
+    return _Swept(loop, angles, loop.at(np.exp(1j * angles)))
+
+
+def _delays(swept: _Swept, step: float) -> DelayMargin:
+    crossings = _unit_gains(swept)
+    first = min(crossings, key=lambda one: one.delay, default=None)
+    return DelayMargin(
+        None if first is None else first.delay * step,
+        None if first is None else first.angle / (2.0 * math.pi * step),
+        min((one.advance * step for one in crossings), default=None),
+    )
 
 
 def _angles(opened: OpenedLoop) -> Floats:
@@ -113,15 +134,15 @@ class _Crossing(NamedTuple):
     advance: float
 
 
-def _unit_gains(opened: OpenedLoop, angles: Floats, response: Complexes) -> list[_Crossing]:
+def _unit_gains(swept: _Swept) -> list[_Crossing]:
     """Find all places where the loop has the gain 1."""
 
     def excess(angle: float) -> float:
-        return math.log(max(abs(_at(opened, angle)), 1e-300))
+        return math.log(max(abs(_at(swept.loop, angle)), 1e-300))
 
     found = []
-    for angle in _roots(excess, angles, np.abs(response) - 1.0):
-        phase = _phase(_at(opened, angle))
+    for angle in _roots(excess, swept.angles, np.abs(swept.response) - 1.0):
+        phase = _phase(_at(swept.loop, angle))
         found.append(_Crossing(angle, phase / angle, (2.0 * math.pi - phase) / angle))
     return found
 
@@ -130,16 +151,17 @@ def _phase(value: complex) -> float:
     return math.atan2(value.imag, value.real) % (2.0 * math.pi)
 
 
-def _gains(opened: OpenedLoop, angles: Floats, response: Complexes) -> list[float]:
-    crossings = _roots(lambda a: _at(opened, a).imag, angles, response.imag)
-    values = [_at(opened, a) for a in crossings]
+def _gains(swept: _Swept) -> list[float]:
+    loop, angles, response = swept
+    crossings = _roots(lambda a: _at(loop, a).imag, angles, response.imag)
+    values = [_at(loop, a) for a in crossings]
     values += [complex(v) for v in (response[-1],) if abs(v.imag) < 1e-9 * abs(v)]
     real = [v.real for v in values if v.real > 1.0 / _LARGEST_GAIN and abs(v.imag) < 1e-6 * v.real]
     return [1.0 / value for value in real]
 
 
-def _at(opened: OpenedLoop, angle: float) -> complex:
-    return complex(transfer(opened, np.exp(1j * np.array([angle])))[0])
+def _at(loop: LoopTransfer, angle: float) -> complex:
+    return complex(loop.at(np.exp(1j * np.array([angle])))[0])
 
 
 def _roots(function: Callable[[float], float], angles: Floats, values: Floats) -> list[float]:

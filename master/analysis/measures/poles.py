@@ -146,9 +146,10 @@ class Fastest(NamedTuple):
     zeta: float
 
 
-def fastest(coupled: LinearSystem) -> Fastest:
-    """Find the pole that grows fastest."""
+def fastest(coupled: LinearSystem, neutral: float = 0.0) -> Fastest:
+    """Find the pole that grows fastest; those nearer to z = 1 than `neutral` are left out."""
     z = np.linalg.eigvals(coupled.matrix())
+    z = z[np.abs(z - 1.0) >= neutral]
     moduli = np.abs(z)
     if not np.any(moduli > 0.0):
         return Fastest(math.log(1e-300) / (coupled.period * coupled.step_size), 1.0)

@@ -13,7 +13,7 @@ from master import catalogue
 from master.diagnosis.case.case import LoadedCase, read_case
 from master.diagnosis.case.cut import CutPart, CutSystem, Values
 from master.diagnosis.data.measured_signals import opened
-from master.diagnosis.judge.diagnose import split_of
+from master.diagnosis.data.split_rows import split_of
 from master.diagnosis.numerics.arrays import Array, Integers
 from master.diagnosis.numerics.error_measures import errors
 from master.diagnosis.replay.candidate_models import links

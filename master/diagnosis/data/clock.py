@@ -74,7 +74,7 @@ def clock_of(t: Array, printed: Array | None, rules: ClockRules, where: str, fir
         where: File, for what is wrong.
         first_row: Number that people see for row 0.
     """
-    if printed is not None and _is_uneven(t, rules.jitter):
+    if printed is not None and is_uneven(t, rules.jitter):
         straight = straightened(t, printed)
         if straight is not None and (rules.splits or rules.resampled or len(straight.pieces) == 1):
             problems = _wrong(straight, rules, where)
@@ -192,7 +192,8 @@ def _pieces(is_gap: Mask) -> tuple[tuple[int, int], ...]:
     return tuple(itertools.pairwise(edges))
 
 
-def _is_uneven(t: Array, jitter: float) -> bool:
+def is_uneven(t: Array, jitter: float) -> bool:
+    """Whether more steps than a few lost rows differ from the usual one."""
     steps = np.diff(t)
     usual = float(np.median(steps))
     return bool(np.mean(np.abs(steps - usual) > jitter * usual) > LEAST_UNEVEN)

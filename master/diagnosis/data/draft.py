@@ -4,24 +4,30 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
+from fmu_sources.composed import registry
+from fmu_sources.framework.variables import Role
 from master.diagnosis.numerics.arrays import Array
 from master.diagnosis.numerics.noise_floor import noise_floor, step_of
 from master.errors import DataError
 from master.fmi.unit_names import unit
 from master.recording.tables import Table, read_table
 
-from .clock import GAP, JITTER
+from .clock import GAP, JITTER, Clock, coarsest_print, is_uneven, straightened
 from .recordings import FEWEST_SAMPLES
+from .rig_proposals import Proposal, Told, proposed
 
 _IN_NAME = re.compile(r"^(.*?)\s*[\[(]([^\])]+)[\])]$")
-_POSITION = re.compile(r"pos|disp|dist|stroke|way|^[xqsy]\b|^[xqsy]_", re.IGNORECASE)
-_FORCE = re.compile(r"forc|load|^f\b|^f_", re.IGNORECASE)
+_TIME = re.compile(r"time|clock|stamp|zeit|^t\b|^t_|^sec", re.IGNORECASE)
+_WINDOW = 200  # rows of a replay of a model that drifts
+_FACTOR = 1000.0  # of a parameter, over and below where a rig starts
+_WIDE = 1e5  # bound of one that starts at 0
+_FASTEST = 100.0  # ranges of a column in the time of the recording: a bound of its rate
 _SHARE_OF_RATE = 0.1  # of the sampling rate: low-pass before a position is differentiated
 _PATTERN = (
     "[fit, select, fit, sealed, fit, select, fit, select, fit, sealed, fit, select, fit, select, fit, sealed]"
@@ -59,6 +65,7 @@ class DraftClock:
     period: float
     n_gaps: int
     n_jitter: int
+    is_short: bool = False
 
 
 @dataclass(frozen=True)
@@ -106,34 +113,90 @@ def facts_of(path: Path) -> Facts:
 
 def case_text(name: str, files: Sequence[str], facts: Facts) -> str:
     """Write the case as YAML: `files` as seen from its folder; every guess has a comment."""
-    position = _first(facts.columns, "m", _POSITION, but=())
-    force = _first(facts.columns, "N", _FORCE, but=(position,))
+    told = {c.name: c for c in facts.columns}
+    found = proposed([Told(c.name, c.unit) for c in facts.columns])
     period = 0.001 if facts.clock is None else facts.clock.period * unit(facts.clock.unit).factor
     guard = min(0.2, _GUARD_OF_BLOCK * facts.n_rows * period / _N_BLOCKS)
     lines = [
         f"name: {json.dumps(name)}",
         "# Drafted from the recording. Every line with 'guess' is one: look at it before you run.",
         *(f"# {line}" for line in report(facts)),
-        "fmus:",
-        "  axis: {source: servo_axis_inverse, parameters: {mass: 100, damping: 200}}  # guess: the model",
         "recordings:",
         *(f"  {_key(file, i)}: {json.dumps(file)}" for i, file in enumerate(files)),
-        _time_line(facts.clock),
-        "signals:",
-        _signal_line("q", position, "m", f", lowpass: {_SHARE_OF_RATE / period:.4g}"),
-        "  der_q: {rate_of: q}",
-        "  der_der_q: {rate_of: der_q}",
-        _signal_line("force", force, "N", ""),
-        "inputs: {axis.q: q, axis.der_q: der_q, axis.der_der_q: der_der_q}  # guess: what drives",
-        "compared: {axis.force: force}  # guess: what the model should give",
-        "refit:  # guess: bounds",
-        "  axis.mass: {low: 0.01, high: 10000}",
-        "  axis.damping: {low: 0, high: 100000}",
+        *_time_lines(facts.clock),
+        *(_without_model(facts) if found is None else _model_lines(found, told, period, facts.n_rows)),
         "split:",
         f"  blocks: {_PATTERN}",
         f"  guard: {guard:.4g}",
     ]
     return "\n".join(lines) + "\n"
+
+
+def _model_lines(found: Proposal, told: Mapping[str, DraftColumn], period: float, n_rows: int) -> list[str]:
+    """The rig, its signals, what drives it, what it gives, and what may be a wrong number."""
+    rig = found.rig
+    model = registry.load(rig.source)
+    fmu = "axis" if "axis" in rig.source else "rig"
+    units = {v.name: v.unit for v in model.all_variables}
+    made = ", ".join(f"{fmu}.{v}: {v}" for v in (*rig.drives, *rig.rates))
+    given = ", ".join(f"{fmu}.{v}: {v}" for v in rig.compared)
+    lines = [f"fmus: {{{fmu}: {{source: {rig.source}}}}}  # guess: the model", "signals:"]
+    for variable, column in found.columns.items():
+        is_rated = variable in rig.rates.values()
+        low_pass = f", lowpass: {_SHARE_OF_RATE / period:.4g}" if is_rated else ""
+        lines.append(_signal_line(variable, told[column], units[variable], low_pass))
+    lines += [f"  {rate}: {{rate_of: {of}}}" for rate, of in rig.rates.items()]
+    lines += [
+        f"inputs: {{{made}}}  # guess: what drives",
+        f"compared: {{{given}}}  # guess: what the model should give",
+    ]
+    if rig.set:
+        values = ", ".join(f"{fmu}.{v}: {value:g}" for v, value in rig.set.items())
+        lines.append(f"set: {{{values}}}  # guess: not recorded")
+    lines.append("refit:  # guess: bounds")
+    starts = {v.name: v for v in model.group(Role.PARAMETER)}
+    for parameter in rig.refit:
+        own = starts[parameter]
+        is_signed = own.minimum is None and own.above is None
+        low, high = _bounds(float(own.start), is_signed=is_signed)
+        if own.minimum is not None:
+            low = own.minimum
+        lines.append(f"  {fmu}.{parameter}: {{low: {low:g}, high: {high:g}}}")
+    if rig.states:
+        lines.append("starts:  # guess: what was not measured at the begin, from the range of the columns")
+        for state in rig.states:
+            low, high = _range(state, found, told, period * n_rows, units)
+            lines.append(f"  {fmu}.{state}: [{low:.6g}, {high:.6g}]")
+    if rig.drifts:
+        lines.append(f"replay: {{windows: {{{fmu}: {_WINDOW * period:g}}}}}  # guess: the model drifts")
+    return lines
+
+
+def _without_model(facts: Facts) -> list[str]:
+    names = ", ".join(c.name for c in facts.columns)
+    return [f"# No model fits the columns {names}: write fmus, signals, inputs, compared here"]
+
+
+def _bounds(start: float, *, is_signed: bool) -> tuple[float, float]:
+    if start == 0.0:
+        return (-_WIDE if is_signed else 0.0), _WIDE
+    low = -_FACTOR * abs(start) if is_signed else start / _FACTOR
+    return low, _FACTOR * abs(start)
+
+
+def _range(
+    state: str, found: Proposal, told: Mapping[str, DraftColumn], duration: float, units: Mapping[str, str]
+) -> tuple[float, float]:
+    """Where a state may begin: the range of its column, or of what its rate may be [SI]."""
+    column = told[found.columns.get(state) or found.columns[state.removeprefix("der_")]]
+    is_told = bool(column.unit) and unit(column.unit).exponents == unit(units[state]).exponents
+    scale = unit(column.unit) if is_told else unit("1")
+    low, high = (scale.factor * v + scale.offset for v in (column.low, column.high))
+    if state in found.columns:
+        return low, high
+    scale = unit(column.unit) if column.unit else unit("1")
+    most = _FASTEST * scale.factor * (column.high - column.low) / max(duration, 1e-9)
+    return -most, most
 
 
 def report(facts: Facts) -> list[str]:
@@ -145,7 +208,7 @@ def report(facts: Facts) -> list[str]:
     else:
         lines.append(
             f"clock {clock.column!r}: period {clock.period:.6g} {clock.unit}, {clock.n_gaps} gaps, "
-            f"{clock.n_jitter} rows with jitter"
+            f"{clock.n_jitter} rows with jitter{', printed short' if clock.is_short else ''}"
         )
     for c in facts.columns:
         step = f", steps of {c.step:.4g}" if c.step else ""
@@ -165,19 +228,35 @@ def _clock(table: Table, names: Sequence[str]) -> DraftClock | None:
     found: list[tuple[float, DraftClock]] = []
     for name in names:
         values = table.columns[name]
-        steps = np.diff(values)
+        told, _ = _unit(table, name)
+        is_time = bool(told) and unit(told).exponents == {"s": 1}
+        short = _straightened(values) if is_time or _TIME.search(name) else None
+        steps = np.diff(values if short is None else short.t)
         if not np.all(steps > 0.0):
             continue
         usual = float(np.median(steps))
         gaps = steps > GAP * usual
         jitter = (np.abs(steps - usual) > JITTER * usual) & ~gaps
-        told, _ = _unit(table, name)
-        is_time = bool(told) and unit(told).exponents == {"s": 1}
         clock = DraftClock(
-            name, told if is_time else "s", float(values[0]), usual, int(gaps.sum()), int(jitter.sum())
+            column=name,
+            unit=told if is_time else "s",
+            begin=float(values[0]),
+            period=usual,
+            n_gaps=int(gaps.sum()),
+            n_jitter=int(jitter.sum()),
+            is_short=short is not None,
         )
         found.append((float(jitter.mean() + gaps.mean()) - is_time, clock))
     return min(found, key=lambda pair: pair[0])[1] if found else None
+
+
+def _straightened(values: Array) -> Clock | None:
+    """An uneven clock that is printed short, made even."""
+    steps = np.diff(values)
+    if np.any(steps < 0.0) or not np.any(np.abs(steps - np.median(steps)) > JITTER * np.median(steps)):
+        return None
+    printed = coarsest_print(values)
+    return None if printed is None or not is_uneven(values, JITTER) else straightened(values, printed)
 
 
 def _column(table: Table, name: str, moving: Sequence[str], period: float) -> DraftColumn:
@@ -214,37 +293,27 @@ def _unit(table: Table, name: str) -> tuple[str, str]:
     return "", ""
 
 
-def _first(
-    columns: Sequence[DraftColumn], si: str, pattern: re.Pattern[str], but: Sequence[DraftColumn | None]
-) -> DraftColumn | None:
-    """The first column of a unit, else of a name that fits, else any other."""
-    free = [c for c in columns if c not in but]
-    exponents = unit(si).exponents
-    by_unit = [c for c in free if c.unit and unit(c.unit).exponents == exponents]
-    by_name = [c for c in free if pattern.search(c.name)]
-    return next(iter([*by_unit, *by_name, *free]), None)
-
-
-def _signal_line(key: str, column: DraftColumn | None, si: str, more: str) -> str:
-    if column is None:
-        return f"  {key}: {{column: ?, unit: {si}{more}}}  # no column is left for it"
-    fits = bool(column.unit) and unit(column.unit).exponents == unit(si).exponents
-    told = (
-        f"guess: the column; the unit is told by {column.source}"
-        if fits
-        else "guess: the column and its unit"
-    )
-    shown = column.unit if fits else si
+def _signal_line(key: str, column: DraftColumn, wanted: str, more: str) -> str:
+    fits = bool(column.unit) and unit(column.unit).exponents == unit(wanted).exponents
+    told = f"guess: the column; the unit is told by {column.source}"
+    shown = column.unit
+    if not fits:
+        told = f"guess: the column and its unit{f', told as {column.unit}' if column.unit else ''}"
+        shown = "1" if column.unit else wanted
     return f"  {key}: {{column: {json.dumps(column.name)}, unit: {json.dumps(shown)}{more}}}  # {told}"
 
 
-def _time_line(clock: DraftClock | None) -> str:
+def _time_lines(clock: DraftClock | None) -> list[str]:
     if clock is None:
-        return "time: {period: 0.001}  # guess: no clock was found"
+        return ["time: {period: 0.001}  # guess: no clock was found"]
     offset = clock.begin * unit(clock.unit).factor
     begin = f", offset: {offset!r}" if offset else ""
-    entry = f"{{column: {json.dumps(clock.column)}, unit: {clock.unit}{begin}}}"
-    return f"time: {entry}  # guess: the unit, if not told"
+    gaps = ", gaps: split" if clock.n_gaps else ""
+    entry = f"{{column: {json.dumps(clock.column)}, unit: {clock.unit}{begin}{gaps}}}"
+    lines = [f"time: {entry}  # guess: the unit, if not told"]
+    if clock.n_jitter:
+        lines.append("resample: {method: linear}  # guess: rows with jitter are made even")
+    return lines
 
 
 def _key(file: str, i: int) -> str:

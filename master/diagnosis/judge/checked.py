@@ -8,9 +8,8 @@ from pathlib import Path
 from master import catalogue
 from master.diagnosis.case.case import read_case
 from master.diagnosis.data.measured_signals import opened
-from master.diagnosis.replay.candidate_models import candidates
-
-from .diagnose import split_of
+from master.diagnosis.data.split_rows import split_of
+from master.diagnosis.replay.fitting_effects import candidates
 
 
 @dataclass(frozen=True)

@@ -12,22 +12,15 @@ import numpy as np
 from master.diagnosis.adequacy.channels import Judge
 from master.diagnosis.case.case import Case, LoadedCase
 from master.diagnosis.case.cut import CutPart, CutSystem
-from master.diagnosis.case.split import (
-    PARTS,
-    Split,
-    Stretch,
-    blocks,
-    by_blocks,
-    by_recording,
-    over_pieces,
-    with_sealed_recordings,
-)
+from master.diagnosis.case.split import Split, Stretch, blocks
 from master.diagnosis.data.measured_signals import opened
 from master.diagnosis.data.recordings import Recording
+from master.diagnosis.data.split_rows import split_of
 from master.diagnosis.numerics.arrays import Mask
 from master.diagnosis.numerics.gains import gain
 from master.diagnosis.numerics.least_squares import Fit
-from master.diagnosis.replay.candidate_models import ModelPool, candidates
+from master.diagnosis.replay.candidate_models import ModelPool
+from master.diagnosis.replay.fitting_effects import candidates
 from master.diagnosis.replay.placed_effect import PlacedEffect
 from master.diagnosis.replay.replay_bench import ReplayBench
 from master.diagnosis.search.classes import CONVERTER, class_of
@@ -38,7 +31,7 @@ from master.diagnosis.search.rounds import search
 from master.diagnosis.search.several_slots import with_laws_in_several_slots
 from master.diagnosis.search.simplify import with_rewritings
 from master.diagnosis.search.study import Progress, base_parameters, begin
-from master.errors import ConfigError, DataError, FmuError
+from master.errors import ConfigError, FmuError
 from master.text.signal_name import SignalName
 
 from .channel_faults import ChannelFault, channel_faults
@@ -54,7 +47,6 @@ from .software_fault import is_software, software_fault, ticks_between_rows, unk
 from .stages import REFIT, Stage
 
 N_BLOCKS = 12  # that select
-FEWEST_OF_STRETCH = 20  # rows next to a gap
 CONTRADICTING = ("sign", "size")  # faults of a channel that are told whatever explains them
 MOVED = 3.0  # standard deviations: a parameter that differs from the system's value
 LEAST_DEVIATION = 1e-12  # of the scale, where a fit is exact
@@ -148,34 +140,6 @@ def diagnose(loaded: LoadedCase, progress: Progress, deadline: Deadline | None =
         return Diagnosis(
             loaded, system, recordings, results, split, stack.pop_all(), is_complete=not deadline.has_stopped
         )
-
-
-def split_of(loaded: LoadedCase, recordings: Mapping[str, Recording]) -> Split:
-    """
-    Split the compared rows of the recordings as a case says.
-
-    Raises:
-        ConfigError: With every fault of the split.
-    """
-    entry = loaded.case.split
-    cut = loaded.case.replay.cut
-    every = loaded.case.replay.decimate
-    pieces: dict[str, dict[str, int]] = {}
-    for name, r in recordings.items():
-        pieces.setdefault(r.entry or name, {})[name] = -(-(len(r) - 2 * cut) // every)
-    lengths = {name: sum(own.values()) for name, own in pieces.items()}
-    row_period = next(iter(recordings.values())).period * every
-    guard = round(entry.guard / row_period)
-    try:
-        if entry.blocks is None:
-            split = by_recording(lengths, {p: getattr(entry, p) for p in PARTS})
-        elif entry.sealed:
-            split = with_sealed_recordings(lengths, entry.blocks, guard, entry.sealed)
-        else:
-            split = by_blocks(lengths, entry.blocks, guard)
-    except DataError as error:
-        raise ConfigError(f"{loaded.where('split')}: {line}" for line in str(error).splitlines()) from None
-    return over_pieces(split, pieces, max(guard, FEWEST_OF_STRETCH))
 
 
 def _with_best_rows(
@@ -282,10 +246,13 @@ def _explained(result: PartResult, effects: Sequence[PlacedEffect], judge: Judge
             return result.final.is_quiet
         return all(c.is_silent for c in judge.judge(fitted.predicted, thorough=False))
 
+    def is_noise(fitted: Fit) -> bool:  # more than the floor is more, whether anything predicts it or not
+        return all(c.is_adequate for c in judge.judge(fitted.predicted, thorough=False))
+
     named = search(study, result.base, effects, is_adequate=is_adequate)
     result = replace(result, search=named, chosen=named.model, fit=named.fit)
     try:
-        named = with_laws_in_several_slots(study, named, effects, is_adequate)
+        named = with_laws_in_several_slots(study, named, effects, is_noise)
         result = replace(result, search=named, chosen=named.model, fit=named.fit)
         named = named_by_limits(study, with_rewritings(study, named, effects), effects)
         return named_or_learned(result, named, places, judge)

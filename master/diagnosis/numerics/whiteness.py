@@ -84,10 +84,11 @@ def cross_correlations(
     """
     a = whitening(residual)
     e = _standard(filtered(residual, a))
-    taken = [filtered(v, a) for v in (linear or {}).values()]
+    taken = _spanned([filtered(v, a) for v in (linear or {}).values()], len(e))
     strengths: list[tuple[str, int, float]] = []
     for name, values in bases.items():
-        x = _standard(_without(filtered(values, a), taken))
+        x = filtered(values, a)
+        x = _standard(x - taken @ (taken.T @ x))
         n = len(e)
         r = np.array([e[lag:] @ x[: n - lag] for lag in range(lags + 1)]) / n
         strengths += [(name, lag, float(value)) for lag, value in enumerate(r)]
@@ -174,11 +175,13 @@ def variance_inflation(residual: Array, longest: int = 200) -> float:
     return total
 
 
-def _without(x: Array, taken: list[Array]) -> Array:
-    if not taken:
-        return x
-    matrix = np.column_stack([column for t in taken for column in (t, np.roll(t, 1))])
-    return np.asarray(x - matrix @ np.linalg.lstsq(matrix, x, rcond=None)[0])
+def _spanned(signals: list[Array], n: int) -> Array:
+    """Orthonormal columns that span signals (n,) at lag 0 and 1, shape (n, rank)."""
+    if not signals:
+        return np.zeros((n, 0))
+    matrix = np.column_stack([column for s in signals for column in (s, np.roll(s, 1))])
+    left, sizes, _ = np.linalg.svd(matrix, full_matrices=False)
+    return np.asarray(left[:, sizes > np.finfo(float).eps * n * sizes[0]])
 
 
 def _standard(values: Array) -> Array:

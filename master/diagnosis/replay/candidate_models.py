@@ -1,4 +1,4 @@
-"""Models of a part with effects in their slots: which there can be, and each as loaded FMUs, built once."""
+"""Models of a part with effects in their slots, each as loaded FMUs, built once."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from contextlib import ExitStack
 from pathlib import Path
 from types import TracebackType
 
-from fmu_sources.effects import catalogue as library
 from fmu_sources.export import build
 from fmu_sources.export.native import NativeBuildError
 from master import catalogue
@@ -21,29 +20,6 @@ from master.text.signal_name import SignalName
 
 from .placed_effect import PlacedEffect, source_with
 from .replayer import Link, Player
-
-
-def candidates(system: CutSystem, part: CutPart, asked: Mapping[str, str | list[str]]) -> list[PlacedEffect]:
-    """
-    List the effects of the library that fit slots of a part.
-
-    Args:
-        system: The system.
-        part: The part.
-        asked: `fmu.slot` to "all" or to names of effects that fit it, as checked with the case; where an FMU
-            has none, all slots of its equations are searched.
-    """
-    effects = []
-    for fmu in part.fmus:
-        model = system.model(fmu)
-        slots = system.slots(fmu)
-        chosen = {SignalName(k).variable: v for k, v in asked.items() if SignalName(k).instance == fmu}
-        if not chosen and model is not None:
-            chosen = {slot.name: "all" for slot in model.slots}
-        for slot, names in chosen.items():
-            laws = library.candidates(slots[slot]) if names == "all" else [library.effect(n) for n in names]
-            effects += [PlacedEffect(fmu, slot, law.name) for law in laws]
-    return effects
 
 
 class ModelPool:

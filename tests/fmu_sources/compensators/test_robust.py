@@ -185,3 +185,17 @@ def test_a_motion_simulator_that_is_not_as_believed_is_led_by_what_it_lacks(slow
         x = A @ x + B * line.pop(0)
 
     assert max(np.abs(error[2000:])) < 0.004 * AMPLITUDE
+
+
+def test_with_the_sensor_trusted_nothing_is_kept_to_be_undone():
+    """On a light mass with a stiff contact the sensitivity to a latency would grow without bound."""
+    instance = Instance(load("robust"))
+    for name, value in {"contact": 2, "k_m": 5e6, "m_s": 1.0, "latency_tolerance": 0.0}.items():
+        instance[name] = value
+    instance.initialise()
+    for k in range(200):
+        instance["s_act"] = 1e-3 * math.cos(W * k * T)
+        instance.step(k * T, T)
+
+    assert (instance["x_t"], instance["v_t"]) == (0.0, 0.0)
+    assert math.isfinite(instance["f_comp"])

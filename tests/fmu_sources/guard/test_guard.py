@@ -94,6 +94,17 @@ def test_a_motion_that_grows_is_caught_before_it_is_1_5_times_as_large(per_cycle
     assert math.exp(growth * k * T) < 1.5
 
 
+@pytest.mark.parametrize(("tolerance", "cycles"), [(0.05, 0.25), (0.1, 0.75)])
+def test_the_alarm_comes_at_the_first_peak_of_speed_that_has_gained_the_tolerance(tolerance, cycles):
+    """Growth by 1.15 a cycle: 1.15^(1/2) = 1.072 of the energy at a quarter, 1.15^(3/2) = 1.233 at 3/4."""
+    growth = math.log(1.15) * W / (2.0 * math.pi)
+
+    k = first_alarm(answers(guard(tolerance=tolerance), 1000, stops=True, **swing(1000, growth)))
+
+    assert k is not None
+    assert k * T * W / (2.0 * math.pi) == pytest.approx(cycles, abs=0.05)
+
+
 def test_the_first_budget_is_the_energy_at_the_start():
     """Speed against the foot and force at the start: u^2 + |f (s - x)|/m, here 0.02^2 + 41*0.004/820."""
     budget = 0.02**2 + 41.0 * 0.004 / 820.0

@@ -111,3 +111,20 @@ def test_bursts_at_random_times_are_intermittent_with_their_times():
 
     assert not found.is_adequate
     assert {round(t, 1) for t in found.events} >= {1.2, 4.7}
+
+
+def test_strikes_that_ring_on_are_told_with_their_times_and_noise_of_any_size_has_none():
+    """Five strikes of 30 ms on a mode of 6.7 Hz and 3 % damping: its power is everywhere."""
+    pole = np.exp((-0.03 + 1j) * 2.0 * np.pi * 6.7e-3)
+    force = np.zeros(N)
+    begins = np.array([610, 1870, 3410, 4930, 6260])
+    for begin in begins:
+        force[begin : begin + 30] = 0.05
+    found = channel(NOISE + lfilter([1.0], [1.0, -2.0 * pole.real, abs(pole) ** 2], force))
+
+    assert found.ratio > 3.5
+    assert not found.events
+    away = np.abs(1e3 * np.array(found.strikes)[:, None] - begins)
+    assert away.min(axis=0).max() < 60.0
+    assert away.min(axis=1).max() < 100.0
+    assert not channel(NOISE).strikes

@@ -122,6 +122,13 @@ def test_many_floors_that_nothing_predicts_are_said():
     assert "intermittent, around t = 1.25, 7.50 s" in shape(rare.final.worst)
 
 
+def test_what_is_set_off_and_rings_on_is_said_with_its_times():
+    silent, predicted = (replace(channel(share, ratio=9.0), strikes=(1.25, 7.5)) for share in (0.0, 0.4))
+
+    assert "it is intermittent: it is set off around t = 1.25, 7.50 s, and rings on" in shape(silent)
+    assert shape(predicted).endswith("; it is set off around t = 1.25, 7.50 s")
+
+
 @pytest.mark.parametrize(("gain", "expected"), [(True, Verdict.PARAMETERS), (False, Verdict.NOTHING)])
 def test_nothing_is_missing_only_where_nothing_is_predictable(gain, expected):
     assert judged(part(before=channel(0.01), parameter_gain=gain), sealed()) is expected

@@ -1,0 +1,211 @@
+"""Which rig fits the columns of a recording: by their units, else by their names. A proposal, never more."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+from master.fmi.unit_names import unit
+
+_REFERENCE = re.compile(r"ref|cmd|command|target|setp|desired|des\b|input|^u\b|^u_|excit", re.IGNORECASE)
+_QUANTITIES = {
+    "position": ("m", r"pos|disp|dist|stroke|way|travel|^[xqsy]\b|^[xqsy]_"),
+    "force": ("N", r"forc|load|^f\b|^f_|kraft"),
+    "angle": ("rad", r"angl|theta|phi|winkel|rotation"),
+    "torque": ("N m", r"torq|moment|^tau"),
+    "speed": ("rad/s", r"speed|omega|rpm|gyro"),
+    "current": ("A", r"curr|^i\b|^i_|amp"),
+    "voltage": ("V", r"volt|^u\b|^u_|^v\b|pwm"),
+    "pressure": ("Pa", r"press|^p\b|^p_|^p\d"),
+    "temperature": ("K", r"temp|^t_[a-z]"),
+    "power": ("W", r"power|heat"),
+    "level": ("V", r"level|tank|^h\b|^h_|^h\d"),
+}
+
+
+@dataclass(frozen=True)
+class Told:
+    """A column by its name, and its unit, "" where nothing tells it."""
+
+    name: str
+    unit: str
+
+
+@dataclass(frozen=True)
+class Rig:
+    """
+    A model of `fmu_sources/rigs` by the quantities that it needs, variable to quantity.
+
+    `rates` are inputs that are made from others, `set` those that are seldom recorded, `refit` what may be a
+    wrong number, `states` the start values that are not known. `drifts` where it is replayed in windows.
+    """
+
+    source: str
+    drives: Mapping[str, str]
+    compared: Mapping[str, str]
+    refit: Sequence[str]
+    rates: Mapping[str, str] = field(default_factory=dict)
+    set: Mapping[str, float] = field(default_factory=dict)
+    states: Sequence[str] = ()
+    drifts: bool = False
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """A rig with the column of each of its variables."""
+
+    rig: Rig
+    columns: Mapping[str, str]
+
+
+_ANY = "any"
+FOLLOWER = Rig(
+    "first_order_follower", {"u": _ANY}, {"y": _ANY}, ("time_constant", "gain", "zero"), states=("y",)
+)
+RIGS = (
+    Rig(
+        "servo_axis_inverse",
+        {"q": "position"},
+        {"force": "force"},
+        ("mass", "damping"),
+        rates={"der_q": "q", "der_der_q": "der_q"},
+    ),
+    Rig(
+        "controlled_damper",
+        {"x": "position", "control": "current"},
+        {"force": "force"},
+        ("preload", "stiffness", "damping", "controlled_damping"),
+        rates={"der_x": "x"},
+    ),
+    Rig(
+        "controlled_damper",
+        {"x": "position", "control": "voltage"},
+        {"force": "force"},
+        ("preload", "stiffness", "damping", "controlled_damping"),
+        rates={"der_x": "x"},
+    ),
+    Rig(
+        "rotary_axis_inverse",
+        {"q": "angle"},
+        {"torque": "torque"},
+        ("inertia", "damping"),
+        rates={"der_q": "q", "der_der_q": "der_q"},
+    ),
+    Rig(
+        "cylinder",
+        {"p_a": "pressure", "p_b": "pressure"},
+        {"q": "position"},
+        ("mass", "damping", "area_a", "area_b"),
+        set={"load": 0.0},
+        states=("q", "der_q"),
+        drifts=True,
+    ),
+    Rig(
+        "ball_and_beam",
+        {"angle": "angle"},
+        {"q": "position"},
+        ("damping",),
+        {"der_angle": "angle"},
+        {},
+        ("q", "der_q"),
+        True,
+    ),
+    Rig(
+        "thermal_body",
+        {"power": "power"},
+        {"temperature": "temperature"},
+        ("heat_capacity", "conductance"),
+        set={"ambient": 293.15},
+        states=("temperature",),
+    ),
+    Rig(
+        "thermal_body",
+        {"power": "power", "ambient": "temperature"},
+        {"temperature": "temperature"},
+        ("heat_capacity", "conductance"),
+        states=("temperature",),
+    ),
+    Rig(
+        "two_tanks",
+        {"u": "voltage"},
+        {"h_2": "level"},
+        ("pump_gain", "upper_rate", "lower_rate"),
+        states=("h_2",),
+    ),
+    Rig(
+        "rotary_axis",
+        {"i": "current"},
+        {"q": "angle"},
+        ("inertia", "damping"),
+        states=("q", "der_q"),
+        drifts=True,
+    ),
+    Rig(
+        "dc_motor",
+        {"u": "voltage"},
+        {"der_q": "speed"},
+        ("motor_constant", "inertia", "damping"),
+        states=("der_q",),
+    ),
+    Rig(
+        "position_servo",
+        {"q_ref": "angle"},
+        {"q": "angle"},
+        ("inertia", "stiffness", "damping", "gravity_torque"),
+        states=("q",),
+    ),
+    Rig(
+        "servo_axis_driven",
+        {"v": "voltage"},
+        {"q": "position"},
+        ("mass", "damping"),
+        states=("q", "der_q"),
+        drifts=True,
+    ),
+    Rig("oscillator", {"u": "voltage"}, {"y": "voltage"}, ("mass", "damping", "stiffness"), states=("y",)),
+)
+
+
+def quantity_of(column: Told) -> tuple[str, bool]:
+    """What a column measures, "" if nothing tells it; and whether its unit tells it."""
+    patterns = {name: re.compile(pattern, re.IGNORECASE) for name, (_, pattern) in _QUANTITIES.items()}
+    fitting = [name for name, pattern in patterns.items() if pattern.search(column.name)]
+    if column.unit and "level" in fitting and unit(column.unit).exponents in ({"m": 1}, unit("V").exponents):
+        return "level", True
+    if column.unit:
+        exponents = unit(column.unit).exponents
+        same = [name for name, (si, _) in _QUANTITIES.items() if unit(si).exponents == exponents]
+        if same:
+            by_name = [name for name in same if name in fitting]
+            return (by_name or same)[0], True
+        if exponents:
+            return "", True
+    return (fitting[0] if fitting else ""), False
+
+
+def proposed(columns: Sequence[Told]) -> Proposal | None:
+    """The rig that explains most of the columns; None with fewer than two."""
+    if len(columns) < 2:
+        return None
+    best: Proposal | None = None
+    for rig in RIGS:
+        found = _matched(rig, columns)
+        if found is not None and (best is None or len(found.columns) > len(best.columns)):
+            best = found
+    return best or _matched(FOLLOWER, columns)
+
+
+def _matched(rig: Rig, columns: Sequence[Told]) -> Proposal | None:
+    """A rig with columns for all it needs, or None; what drives is rather called a reference."""
+    free = list(columns)
+    taken: dict[str, str] = {}
+    for wanted, is_driven in ((rig.drives, True), (rig.compared, False)):
+        for variable, quantity in wanted.items():
+            fitting = [c for c in free if quantity in (_ANY, quantity_of(c)[0])]
+            fitting.sort(key=lambda c: (bool(_REFERENCE.search(c.name)) != is_driven, not quantity_of(c)[1]))
+            if not fitting:
+                return None
+            taken[variable] = fitting[0].name
+            free.remove(fitting[0])
+    return Proposal(rig, taken)

@@ -1,0 +1,171 @@
+"""Recordings of twelve kinds, written by other libraries: each draft proposes a rig and passes as it is."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from fmu_sources.composed.registry import load
+from fmu_sources.framework.variables import Role
+from master.cli import main
+from master.diagnosis.case.case import load_case
+from master.diagnosis.data.measured_signals import measured
+from master.diagnosis.data.rig_proposals import FOLLOWER, RIGS
+
+N = 3000
+T = np.arange(N) * 0.002
+A = np.sin(2.1 * T) + 0.4 * np.sin(7.3 * T)
+B = np.cos(2.1 * T) - 0.3 * np.sin(5.1 * T)
+C = 0.5 * np.sin(1.3 * T + 1.0)
+
+
+def text(path, rows, head, separator=",", comma=False, encoding="utf-8"):
+    body = "\n".join(separator.join(row) for row in rows)
+    path.write_text(head + (body.replace(".", ",") if comma else body) + "\n", encoding=encoding)
+
+
+def rows_of(*columns):
+    return [[f"{v:.6f}" for v in row] for row in zip(*columns, strict=True)]
+
+
+def german_csv(path):
+    head = "Prüfstand 3\nDatum;1.2.2025\nZeit;Druck A;Druck B;Weg\ns;bar;bar;mm\n"
+    text(path, rows_of(T, 5 + A, 5 - A, 20 * B), head, ";", comma=True, encoding="latin-1")
+
+
+def matlab_7_3(path):
+    import h5py
+
+    with h5py.File(path, "w", userblock_size=512) as file:
+        for name, values in {"t": T, "current": A, "theta": B}.items():
+            file.create_dataset(name, data=values[None, :])
+    with open(path, "r+b") as file:
+        file.write(b"MATLAB 7.3 MAT-file".ljust(124) + b"\x00\x02IM")
+
+
+def tdms(path):
+    from nptdms import ChannelObject, TdmsWriter
+
+    with TdmsWriter(str(path)) as file:
+        for name, values, unit in (("time", T, "s"), ("voltage", A, "V"), ("omega", 50 * B, "rad/s")):
+            file.write_segment([ChannelObject("run", name, values, {"unit_string": unit})])
+
+
+def mdf(path):
+    from asammdf import MDF, Signal
+
+    file = MDF(version="4.10")
+    file.append([Signal(v, T, name=n, unit=u) for n, v, u in (("phi", 90 * A, "deg"), ("M", 3 * B, "N m"))])
+    file.save(path, overwrite=True)
+
+
+def json_lines(path):
+    rows = [
+        {"time": round(60 * t, 4), "heater": {"power": 50 + 50 * a}, "temp": 300 + b}
+        for t, a, b in zip(T, A, B, strict=True)
+    ]
+    path.write_text("\n".join(map(json.dumps, rows)), encoding="utf-8")
+
+
+def parquet(path):
+    import pandas as pd
+
+    pd.DataFrame({"timestamp": T, "setpoint": A, "answer": C}).to_parquet(path)
+
+
+def npz(path):
+    np.savez(path, t=T, load_cell=A, stroke=B, state=np.full(N, "on"))
+
+
+def hdf5(path):
+    import h5py
+
+    with h5py.File(path, "w") as file:
+        group = file.create_group("plant")
+        for name, values in {"time": 2000 * T, "pump_voltage": 3 + A, "level": 5 + B}.items():
+            group[name] = values
+
+
+def without_header(path):
+    text(path, rows_of(T, A, B), "")
+
+
+def short_print(path):
+    lines = [f"{t:.2f}\t{a:.5f}\t{b:.5f}" for t, a, b in zip(T, A, C, strict=True)]
+    path.write_text("# t\ttheta_ref [rad]\ttheta [rad]\n" + "\n".join(lines) + "\n", encoding="utf-8")
+
+
+def iso_time_with_a_gap(path):
+    begin = np.datetime64("2025-01-01T10:00:00.000")
+    stamps = begin + (2 * np.arange(N) + 5000 * (np.arange(N) > 1000)).astype("timedelta64[ms]")
+    rows = [[str(s), *row] for s, row in zip(stamps, rows_of(9 * A, 1 + 0.1 * C, B), strict=True)]
+    text(path, rows, "stamp,x [mm],I [A],F [kN]\n")
+
+
+def jitter(path):
+    times = T + np.random.default_rng(1).uniform(-6e-4, 6e-4, N)
+    path.write_text(
+        json.dumps(
+            {"time": (times - times[0]).tolist(), "beam_angle": A.tolist(), "ball_position": B.tolist()}
+        ),
+        encoding="utf-8",
+    )
+
+
+KINDS = {
+    "german_csv.csv": (german_csv, "cylinder"),
+    "matlab.mat": (matlab_7_3, "rotary_axis"),
+    "motor.tdms": (tdms, "dc_motor"),
+    "axis.mf4": (mdf, "rotary_axis_inverse"),
+    "oven.jsonl": (json_lines, "thermal_body"),
+    "loop.parquet": (parquet, "first_order_follower"),
+    "press.npz": (npz, "servo_axis_inverse"),
+    "tanks.h5": (hdf5, "two_tanks"),
+    "bare.csv": (without_header, "first_order_follower"),
+    "servo.txt": (short_print, "position_servo"),
+    "damper.csv": (iso_time_with_a_gap, "controlled_damper"),
+    "beam.json": (jitter, "ball_and_beam"),
+}
+
+
+def drafted(folder, kind):
+    write, source = KINDS[kind]
+    write(folder / kind)
+    case = folder / "case.yaml"
+    done = CliRunner().invoke(main, ["case", str(folder / kind), "--output", str(case)])
+    assert done.exit_code == 0, done.output
+    return case, source
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_draft_proposes_the_rig_and_reads_the_recording(kind, tmp_path, monkeypatch):
+    monkeypatch.setattr("master.diagnosis.data.columns_picture.draw_columns", lambda facts, path: path)
+    case, source = drafted(tmp_path, kind)
+    loaded = load_case(case)
+    (model,) = loaded.case.fmus.values()
+
+    assert model.source == source
+    assert sum(map(len, measured(loaded).values())) > 0.95 * N
+
+
+@pytest.mark.parametrize("rig", [*RIGS, FOLLOWER])
+def test_a_proposal_drives_every_input_and_names_variables_of_its_model(rig):
+    model = load(rig.source)
+    outputs = {v.name for v in model.all_variables if v.output or v.role is Role.OUTPUT}
+
+    assert {*rig.drives, *rig.rates, *rig.set} == set(model.inputs.names)
+    assert set(rig.compared) <= outputs
+    assert set(rig.refit) <= set(model.parameters.names)
+    assert set(rig.states) <= set(model.states.names)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("kind", ["german_csv.csv", "oven.jsonl", "beam.json", "damper.csv"])
+def test_a_draft_passes_its_check_as_it_is(kind, tmp_path):
+    case, _ = drafted(tmp_path, kind)
+    done = CliRunner().invoke(main, ["check", str(case)])
+
+    assert done.exit_code == 0, case.read_text(encoding="utf-8") + done.stderr
