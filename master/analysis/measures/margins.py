@@ -166,4 +166,12 @@ def _at(loop: LoopTransfer, angle: float) -> complex:
 
 def _roots(function: Callable[[float], float], angles: Floats, values: Floats) -> list[float]:
     places = np.flatnonzero(np.sign(values[:-1]) * np.sign(values[1:]) < 0)
-    return [float(brentq(function, angles[i], angles[i + 1], xtol=1e-15, rtol=1e-12)) for i in places]
+    return [_root(function, float(angles[i]), float(angles[i + 1])) for i in places]
+
+
+def _root(function: Callable[[float], float], low: float, high: float) -> float:
+    """Where a function changes its sign; an end, where one is so near that another rounding takes it over."""
+    at_low, at_high = function(low), function(high)
+    if at_low * at_high >= 0.0:
+        return low if abs(at_low) < abs(at_high) else high
+    return float(brentq(function, low, high, xtol=1e-15, rtol=1e-12))
