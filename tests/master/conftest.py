@@ -85,7 +85,7 @@ def bay(tmp_path, monkeypatch):
         "read_description",
         lambda path: made[path.stem].description(path.stem) if path.stem in made else read(path),
     )
-    stub_needs_no_binary = importlib.import_module("master.cli.check")
+    stub_needs_no_binary = importlib.import_module("master.fmi.unpacked")
     monkeypatch.setattr(stub_needs_no_binary, "require_runnable", lambda descriptions: None)
     for function in ("simulate", "running"):
         made_with = functools.partial(getattr(simulate, function), factory=factory)
