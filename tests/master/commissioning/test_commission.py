@@ -22,7 +22,7 @@ from master.commissioning.commission import commission
 from master.commissioning.models import Knowledge
 from master.commissioning.rig import run_held
 from master.comparison.cells import Cell
-from master.comparison.compare import Task, score
+from master.comparison.compare import Task, scores
 from master.comparison.methods import all_methods
 from master.experiment.prepare import Request
 from tests.costs import long_for
@@ -226,7 +226,7 @@ def test_a_compensator_that_is_told_reproduces_the_docking(changes, bound):
     found = commission(run_held(experiment, Chirp()), beliefs(experiment), HIGHEST, OF_FMUS)
     told = {name: value for name, value in found.parameters().items() if name in robust.takes()}
 
-    result = score(Task(E2, "told", Cell(set=changes, told=told), robust, (1,)))
+    [result] = scores([Task(E2, "told", Cell(set=changes, told=told), robust, (1,))])
 
     assert result.s_des is not None
     assert max(result.s_des, result.s_act) <= bound
