@@ -1,5 +1,5 @@
 // The theme searches in a Worker, which browsers refuse to a page opened from disk. There a hidden frame of the same
-// page stands in for it: the same script, the same messages.
+// page takes its place, with the same script and the same messages.
 if (location.protocol === "file:") {
   window.Worker = class extends EventTarget {
     constructor(address) {

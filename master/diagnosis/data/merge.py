@@ -25,9 +25,7 @@ from .recordings import FEWEST_OF_PIECE, Rows
 
 N_GRID = 41  # delays tried between the bounds, before the best is refined
 TOLERANCE = 1e-4  # of the distance of the bounds
-PASSED = (
-    0.15  # of the slower sampling rate: faster is noise, which interpolation would make smaller between rows
-)
+PASSED = 0.15  # of the slower sampling rate: interpolation makes faster noise smaller between rows
 MOST_ROWS = 20_000  # that an estimate looks at
 AT_BOUND = 0.02  # of the distance of the bounds
 EDGES = (0.003, 0.01, 0.03, 0.1)  # of the largest rate: where dry friction may have changed its sign
@@ -221,7 +219,8 @@ class _Estimate:
 
     def found(self, source: str) -> Delay:
         """The delay and its deviation; raises DataError where the rows do not tell it."""
-        low, high = self._sought.low, self._sought.high
+        low = self._sought.low
+        high = self._sought.high
         width = high - low
         grid = np.linspace(low, high, N_GRID)
         costs = np.array([self._cost(float(d)) for d in grid])

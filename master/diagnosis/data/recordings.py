@@ -100,15 +100,14 @@ def read(
     *,
     rules: Rules | None = None,
     array: str | None = None,
-    rows: tuple[int, int] | None = None,
 ) -> Recording:
     """
-    Read a recording without gaps; the arguments are those of `read_rows`.
+    Read the whole of a recording without gaps; the arguments are those of `read_rows`.
 
     Raises:
         DataError: With every fault, row and column.
     """
-    found = read_rows(path, time, columns, rules=rules, array=array, rows=rows)
+    found = read_rows(path, time, columns, rules=rules, array=array)
     return Recording(array or Path(path).stem, found.t, found.signals, found.period, notes=found.notes)
 
 

@@ -66,7 +66,9 @@ class LinearMemory:
         whole[:n, n : n + m] = period * self.b
         whole[n : n + m, n + m :] = np.eye(m)
         grown = expm(whole)
-        f, held, ramp = grown[:n, :n], grown[:n, n : n + m], grown[:n, n + m :]
+        f = grown[:n, :n]
+        held = grown[:n, n : n + m]
+        ramp = grown[:n, n + m :]
         into = f @ ramp + held - ramp
         through = self.c @ ramp + self.d
         first = start - ramp @ inputs[:, 0]
