@@ -106,8 +106,14 @@ def address_space() -> float:
 
 
 _SAID = (
-    *("cannot allocate memory", "failed to map segment", "can't start new thread", "unable to allocate"),
-    *("could not find/load shared object", "out of memory", "memoryerror", "cannot apply additional memory"),
+    "cannot allocate memory",
+    "cannot apply additional memory",
+    "can't start new thread",
+    "could not find/load shared object",
+    "failed to map segment",
+    "memoryerror",
+    "out of memory",
+    "unable to allocate",
 )
 
 

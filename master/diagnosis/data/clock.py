@@ -80,8 +80,7 @@ def clock_of(t: Array, printed: Array | None, rules: ClockRules, where: str, fir
             problems = _wrong(straight, rules, where)
             note = (
                 f"clock: printed in steps of up to {printed.max():.6g} s, {len(t)} times replaced by even "
-                f"ones; "
-                f"period {straight.period:.9g} s from the ends"
+                f"ones; period {straight.period:.9g} s from the ends"
             )
             return replace(straight, notes=(note, *_gaps_told(straight)), problems=tuple(problems))
     steps = np.diff(t)
@@ -90,8 +89,8 @@ def clock_of(t: Array, printed: Array | None, rules: ClockRules, where: str, fir
     is_gap = steps > gap if rules.splits or rules.resampled else np.zeros(len(steps), dtype=bool)
     clock = Clock(t, _pieces(is_gap), float(steps[~is_gap].mean()) if not is_gap.all() else usual)
     back = [
-        f"{where}: row {i + 1 + first_row}: time goes from {t[i]:.9g} to {t[i + 1]:.9g} s, expected it to "
-        f"grow"
+        f"{where}: row {i + 1 + first_row}: time goes from {t[i]:.9g} to {t[i + 1]:.9g} s, "
+        "expected it to grow"
         for i in np.flatnonzero(steps <= 0.0)
     ]
     problems = [
@@ -212,8 +211,7 @@ def _gaps_told(clock: Clock) -> list[str]:
     ]
     return [
         f"gaps: {len(lost)}, the longest of {max(lost):.6g} s; cut there into {len(clock.pieces)} pieces, "
-        f"each "
-        "replayed from start values of its own"
+        "each replayed from start values of its own"
     ]
 
 

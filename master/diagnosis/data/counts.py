@@ -39,8 +39,7 @@ def unwrapped(values: Array, bits: int) -> Array:
     wrong = np.flatnonzero(np.abs(steps) > 0.25 * whole)
     if len(wrong):
         raise ValueError(
-            f"wraps, got {steps[wrong[0]]:g} counts in a step at row {wrong[0] + 1} of the data, expected "
-            f"less than a "
-            f"quarter of the {whole:.0f} of {bits} bits: which way it went is not known"
+            f"wraps, got {steps[wrong[0]]:g} counts in a step at row {wrong[0] + 1} of the data, "
+            f"expected less than a quarter of the {whole:.0f} of {bits} bits: which way it went is not known"
         )
     return np.concatenate([values[:1], values[0] + np.cumsum(steps)])

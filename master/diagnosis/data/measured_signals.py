@@ -151,14 +151,9 @@ def _merged(loaded: LoadedCase, name: str, merge: MergeEntry, columns: Mapping[s
     case = loaded.case
     entry = case.recordings[name]
     time = merge.time or case.time
-    rules = [
-        Rules(
-            clock=replace(
-                _clock_rules(case, clock, start), splits=clock.gaps == "split" or case.resample is not None
-            )
-        )
-        for clock, start in ((case.time, 0.0 if entry.rows is None else None), (time, None))
-    ]
+    first_start = 0.0 if entry.rows is None else None
+    of_first = Rules(clock=_clock_rules(case, case.time, first_start))
+    of_second = Rules(clock=_clock_rules(case, time, None))
     own = {key: c for key, c in columns.items() if key not in merge.signals}
     other = {key: c for key, c in columns.items() if key in merge.signals}
     shared = merge.delay.shared if isinstance(merge.delay, DelayEntry) else {}
@@ -166,8 +161,8 @@ def _merged(loaded: LoadedCase, name: str, merge: MergeEntry, columns: Mapping[s
     problems: list[str] = []
     read: list[Rows] = []
     for file, clock, wanted, rule, array, rows in (
-        (loaded.file(entry), case.time, own, rules[0], entry.array, entry.rows),
-        (loaded.file(merge), time, other, rules[1], merge.array, None),
+        (loaded.file(entry), case.time, own, of_first, entry.array, entry.rows),
+        (loaded.file(merge), time, other, of_second, merge.array, None),
     ):
         try:
             read.append(read_rows(file, _time(clock), wanted, rules=rule, array=array, rows=rows))
@@ -191,8 +186,7 @@ def _delay(case: Case, name: str, merge: MergeEntry, first: Rows, second: Rows) 
     if name in case.split.sealed:
         raise DataError(
             "merge.delay: got bounds in a recording that is sealed, expected the delay, or a quantity "
-            "that both recorded "
-            "(shared): nothing is fitted to what is sealed"
+            "that both recorded (shared): nothing is fitted to what is sealed"
         )
     return by_relation(
         first,

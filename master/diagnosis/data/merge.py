@@ -85,13 +85,13 @@ def merged(first: Rows, second: Rows, delay: Delay) -> Rows:
     if not kept.any():
         raise DataError(
             f"merge: no row in common, got {first.t[0]:.6g} to {first.t[-1]:.6g} s and, with the delay, "
-            f"{second.t[0] - delay.value:.6g} to {second.t[-1] - delay.value:.6g} s, expected clocks that "
-            f"overlap"
+            f"{second.t[0] - delay.value:.6g} to {second.t[-1] - delay.value:.6g} s, "
+            "expected clocks that overlap"
         )
     note = (
         f"merged: {', '.join(second.signals)} of the second logger, {len(second.t)} rows every "
-        f"{second.period:.6g} s, on "
-        f"{int(kept.sum())} rows of the first, delay {delay}; {int(np.sum(~kept))} rows without it left out"
+        f"{second.period:.6g} s, on {int(kept.sum())} rows of the first, delay {delay}; "
+        f"{int(np.sum(~kept))} rows without it left out"
     )
     all_signals = {**first.signals, **signals}
     return Rows(

@@ -146,7 +146,7 @@ def read_rows(
     ]
     if problems:
         raise DataError("\n".join(problems))
-    notes = [f"{note}" for note in table.notes]
+    notes = list(table.notes)
     signals: dict[str, Array] = {}
     for name, column in sources.items():
         values = _counted(table.columns[column.column], column, where, notes, problems)
@@ -206,8 +206,8 @@ def pieces_of(
     if not pieces:
         longest = max((end - begin for begin, end in rows.pieces), default=0)
         raise DataError(
-            f"{where}: got no piece between gaps of more than {longest} rows, expected {FEWEST_OF_PIECE} "
-            f"or more"
+            f"{where}: got no piece between gaps of more than {longest} rows, "
+            f"expected {FEWEST_OF_PIECE} or more"
         )
     told = (*rows.notes, *notes)
     if len(pieces) == 1:

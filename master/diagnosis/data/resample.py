@@ -52,8 +52,7 @@ def resampled(t: Array, signals: Mapping[str, Array], period: float, method: Met
     moved = int(np.sum(near > NEAR_A_ROW * period))
     note = (
         f"resampled ({method.value}): {len(t)} rows, {steps.min():.4g} to {steps.max():.4g} s apart, to "
-        f"{n} rows every "
-        f"{period:.6g} s; {moved} of them between rows"
+        f"{n} rows every {period:.6g} s; {moved} of them between rows"
     )
     if period > FOLDING * float(np.median(steps)) and method is not Method.MEAN:
         note += f"; faster than {0.5 / period:.4g} Hz is folded, method mean averages it"

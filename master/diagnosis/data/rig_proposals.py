@@ -106,10 +106,9 @@ RIGS = (
         {"angle": "angle"},
         {"q": "position"},
         ("damping",),
-        {"der_angle": "angle"},
-        {},
-        ("q", "der_q"),
-        True,
+        rates={"der_angle": "angle"},
+        states=("q", "der_q"),
+        drifts=True,
     ),
     Rig(
         "thermal_body",

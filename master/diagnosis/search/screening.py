@@ -155,10 +155,7 @@ def _steps(study: Study, tangent: Tangent, placed: PlacedEffect) -> list[float]:
 
 def _lines(study: Study, tangent: Tangent, placed: PlacedEffect) -> list[float]:
     """Likely periods or frequencies, where the part is linear around its replay."""
-    known = tangent.first_order
-    injection = (
-        known.injection(placed.place) if known else Injection(study, placed.place, tangent.base_values)
-    )
+    injection = _injection(study, tangent, placed.place)
     if not injection.is_linear:
         return []
 
@@ -173,6 +170,7 @@ def _lines(study: Study, tangent: Tangent, placed: PlacedEffect) -> list[float]:
 
 
 def _injection(study: Study, tangent: Tangent, place: str) -> Injection:
+    """Response of the outputs to what is added in a slot; the one that is known, if there is one."""
     if tangent.first_order is not None:
         return tangent.first_order.injection(place)
     return Injection(study, place, tangent.base_values)
