@@ -259,9 +259,6 @@ class _Run:
             return Outcome(INTERRUPTED, self.rows.result(), 0.0, 0)
 
     def _simulated(self) -> Outcome:
-        from .machine.compiled import load_numba
-
-        load_numba()
         from . import simulate
 
         log = MessageLog(self.grid.time, self.log_file, self._hear)

@@ -12,10 +12,8 @@ that damaged code is.
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable
 from functools import lru_cache
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -85,25 +83,6 @@ def compiled() -> Execute:
         return result
 
     return run
-
-
-def load_numba() -> None:
-    """
-    Load what numba needs to load compiled code, in a process that does nothing but step.
-
-    numba imports the linear algebra of SciPy only to see that it is there, which takes as long as to read all
-    of the compiled code. Code that uses it looks again.
-    """
-    absent = "scipy.linalg"
-    if absent in sys.modules or "numba.np.arraymath" in sys.modules:
-        return
-    modules: dict[str, Any] = sys.modules
-    modules[absent] = None
-    try:
-        arraymath: Any = import_module("numba.np.arraymath")
-    finally:
-        del modules[absent]
-    arraymath._HAVE_BLAS = True
 
 
 def load_plain() -> None:

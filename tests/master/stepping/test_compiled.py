@@ -177,18 +177,3 @@ def test_a_package_that_cannot_be_written_is_cached_in_the_users_folder(tmp_path
         assert files_of(home, "nbc") == kept
     finally:
         machine.chmod(stat.S_IRWXU)
-
-
-def test_numba_is_loaded_without_the_linear_algebra_of_scipy_which_can_be_used_afterwards():
-    code = (
-        "import sys; from master.stepping.machine.compiled import load_numba\n"
-        "load_numba()\n"
-        "print('scipy.linalg' in sys.modules)\n"
-        "from numba.np import arraymath; from numba.np.linalg import ensure_blas; ensure_blas()\n"
-        "print('scipy.linalg' in sys.modules, arraymath._HAVE_BLAS)"
-    )
-    done = subprocess.run(
-        [sys.executable, "-c", code], cwd=PROJECT, capture_output=True, text=True, check=True
-    )
-
-    assert done.stdout.split() == ["False", "True", "True"]
