@@ -94,6 +94,7 @@ def _prepare(isolation: Isolation, folder: str, parent: int) -> list[Callable[[]
     signals.forget()
     if threading.current_thread() is threading.main_thread():
         child.die_with(parent)
+    child.leave_at_exit()
     os.closerange(3, os.sysconf("SC_OPEN_MAX"))
     tempfile.tempdir = os.environ["TMPDIR"] = folder
     with contextlib.suppress(OSError), open("/proc/self/oom_score_adj", "w") as file:

@@ -138,6 +138,7 @@ class Child:
         global _is_child
         _is_child = True
         die_with(parent)
+        leave_at_exit()
         memory.share_no_further()
         tempfile.tempdir = os.environ["TMPDIR"] = self._folder.name
         status = 0
@@ -228,6 +229,19 @@ def die_with(parent: int) -> None:
         ctypes.CDLL(None).prctl(_DEATH_SIGNAL, signal.SIGKILL)
     if os.getppid() != parent:
         os._exit(0)
+
+
+def leave_at_exit() -> None:
+    """
+    Let an FMU that calls `exit` end this process with its status, as if it had been alone here.
+
+    The parent's libraries have registered handlers too (thread pools that join their threads), and their
+    threads are not in this process: they are not run. What the FMU registers and has printed is.
+    """
+    c = ctypes.CDLL(None)
+    with suppress(AttributeError):  # on_exit: of glibc
+        c.on_exit(c._exit, None)  # registered first, so called last
+        c.__cxa_atexit(c.fflush, None, None)
 
 
 def _portable(error: Exception) -> Exception:
