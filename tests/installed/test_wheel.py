@@ -1,4 +1,4 @@
-"""What a stranger does with the wheel: run, build, diagnose, reproduce, follow tutorials; no more is written."""
+"""What a stranger does with the wheel: run, build, diagnose, reproduce, tutorials; no more is written."""
 
 from __future__ import annotations
 
