@@ -81,11 +81,11 @@ class Draft:
         Let a compiler begin.
 
         Raises:
-            ConfigError: If this machine has none.
+            ConfigError: If this machine has none, or no room for its files.
         """
         try:
             self._compilation = native.begin_host(self._sources, _NAME)
-        except native.NativeBuildError as error:
+        except (native.NativeBuildError, OSError) as error:
             raise ConfigError([str(error)]) from None
 
     def is_done(self) -> bool:
