@@ -32,7 +32,6 @@ NOT_MEASURED = [  # Python models and runs alike, whose lines others cover
         "reliability",
         "rig",
         "systems/test_analysis.py",
-        "systems/test_loop_of_models.py",
         "systems/test_paper_cases.py",
     )
 ]
