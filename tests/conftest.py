@@ -20,7 +20,6 @@ NOT_MEASURED = [  # Python models and runs alike, whose lines others cover
         "fmu_sources/export/native",
         "fmu_sources/motion_simulator",
         "fmu_sources/rigs",
-        "foreign/test_isolated_fmus.py",
         "foreign/test_sandboxed_fmus.py",
         "fuzz",
         "interop",
