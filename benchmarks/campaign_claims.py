@@ -5,7 +5,7 @@ What campaigns claim, measured: each part prints one line of JSON.
     python benchmarks/campaign_claims.py memory [--runs 3000]      of a worker after 500 runs and at the end
     python benchmarks/campaign_claims.py ishigami [--runs 8192]    Sobol indices of a function as an FMU
     python benchmarks/campaign_claims.py page [--runs 1000000]     page of a dataset of that many rows
-    python benchmarks/campaign_claims.py scaling [--runs 400]      one process against two, on an idle machine
+    python benchmarks/campaign_claims.py scaling [--runs 3000]     one process against two, on an idle machine
 
 Seeds are fixed. Processor time is given where a busy machine would decide otherwise.
 """
@@ -61,7 +61,7 @@ def main() -> None:
         "memory": (memory, 3000),
         "ishigami": (ishigami, 8192),
         "page": (page, 1_000_000),
-        "scaling": (scaling, 400),
+        "scaling": (scaling, 3000),
     }
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("part", choices=parts)
