@@ -220,4 +220,5 @@ def test_the_residual_is_that_of_the_output_explained_worst_and_its_spectrum_sho
     assert before.x[np.argmax(before.y)] == pytest.approx(3.0, abs=1.3)  # segments of 0.8 s
     assert after.y == pytest.approx(0.5 * before.y)
     for figure in (residual(part), where(part)):
+        assert figure.get_layout_engine() is None  # one of Matplotlib's draws it twice
         figure.savefig(io.BytesIO())
