@@ -33,6 +33,7 @@ _WIDTH, _HEIGHT = 6.4, 3.0  # inch: on a phone its text is still 8 px high
 _LEFT, _RIGHT, _BELOW, _ABOVE = 1.05, 0.12, 0.55, 0.12  # inch around its axes
 _LINE = 0.22  # inch: of its title, of its labels
 _LABELS_A_LINE = 2
+_LEAST = 1.4  # inch: height of its axes, however many labels there are
 _COLUMNS = 320  # two points a column are more than such a picture resolves
 _PNG_DPI = 110
 _PNG_WIDTH, _PNG_HEIGHT, _PNG_LINE = 10.0, 3.0, 0.3  # inch: of all, of a chart, of a line of the title
@@ -52,8 +53,10 @@ def data_uri(chart: Chart) -> str:
     legend(figure, axis, "lower center")
     below = _BELOW + _LINE * -(-len(axis.get_legend_handles_labels()[1]) // _LABELS_A_LINE)
     above = _ABOVE + _LINE * (1 + chart.title.count("\n"))
+    height = max(_HEIGHT, below + _LEAST + above)
+    figure.set_figheight(height)
     figure.subplots_adjust(
-        left=_LEFT / _WIDTH, right=1.0 - _RIGHT / _WIDTH, bottom=below / _HEIGHT, top=1.0 - above / _HEIGHT
+        left=_LEFT / _WIDTH, right=1.0 - _RIGHT / _WIDTH, bottom=below / height, top=1.0 - above / height
     )
     buffer = io.BytesIO()
     with rc_context({"svg.fonttype": "none", "svg.hashsalt": "dockloop"}):

@@ -41,6 +41,7 @@ GAPS = (0.0, 0.6)  # inch
 HEIGHT_OF_BARS = 2.6
 HEIGHT_OF_MAP = 3.4
 LETTER, SPACE, ROOM_OF_TITLE = 0.085, 0.2, 0.35  # inch
+MOST_OF_NAMES = 6.0  # inch
 LIMIT = 98.0
 
 
@@ -83,8 +84,9 @@ def where(part: PartResult) -> Figure:
     heights = [HEIGHT_OF_BARS, HEIGHT_OF_MAP] if slot else [HEIGHT_OF_BARS]
     figure = plain_figure(sum(heights))
     rows: Any = figure.subfigures(len(heights), 1, squeeze=False, height_ratios=heights)[:, 0]
-    names = max([0, *(len(_name(c)) for c in part.correlations[:MOST_BARS])])
-    place(rows[0], HEIGHT_OF_BARS, left=LETTER * names + SPACE, below=BELOW, above=SPACE)
+    letters = max([0, *(len(_name(c)) for c in part.correlations[:MOST_BARS])])
+    left = SPACE + min(LETTER * letters, MOST_OF_NAMES)
+    place(rows[0], HEIGHT_OF_BARS, left=left, below=BELOW, above=SPACE)
     _correlations(rows[0].subplots(), part)
     if slot:
         place(rows[1], HEIGHT_OF_MAP, left=LEFT, below=BELOW, above=ROOM_OF_TITLE)
