@@ -30,6 +30,10 @@ _MARKS: dict[str, dict[str, Any]] = {
 }
 _CONTOUR: dict[str, Any] = {"color": LIGHT_SOFT, "linewidth": 0.7, "linestyle": "--"}
 _WIDTH, _HEIGHT = 6.4, 3.0  # inch: on a phone its text is still 8 px high
+_LEFT, _RIGHT, _BELOW, _ABOVE = 1.05, 0.12, 0.55, 0.12  # inch around its axes
+_LINE = 0.22  # inch: of its title, of its labels
+_LABELS_A_LINE = 2
+_LEAST = 1.4  # inch: height of its axes, however many labels there are
 _COLUMNS = 320  # two points a column are more than such a picture resolves
 _PNG_DPI = 110
 _PNG_WIDTH, _PNG_HEIGHT, _PNG_LINE = 10.0, 3.0, 0.3  # inch: of all, of a chart, of a line of the title
@@ -43,10 +47,17 @@ def data_uri(chart: Chart) -> str:
     from matplotlib import rc_context
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(_WIDTH, _HEIGHT), layout="constrained")
+    figure = Figure(figsize=(_WIDTH, _HEIGHT))
     axis = figure.subplots()
     draw(axis, chart, _COLUMNS)
-    legend(figure, axis)
+    legend(figure, axis, "lower center")
+    below = _BELOW + _LINE * -(-len(axis.get_legend_handles_labels()[1]) // _LABELS_A_LINE)
+    above = _ABOVE + _LINE * (1 + chart.title.count("\n"))
+    height = max(_HEIGHT, below + _LEAST + above)
+    figure.set_figheight(height)
+    figure.subplots_adjust(
+        left=_LEFT / _WIDTH, right=1.0 - _RIGHT / _WIDTH, bottom=below / height, top=1.0 - above / height
+    )
     buffer = io.BytesIO()
     with rc_context({"svg.fonttype": "none", "svg.hashsalt": "dockloop"}):
         as_written(figure).savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
@@ -152,11 +163,16 @@ def _draw_region(axis: Any, region: Region) -> None:
             axis.text(x, y, region.label, fontsize="x-small", color=LIGHT_SOFT, clip_on=True)
 
 
-def legend(figure: Any, axis: Any) -> None:
-    """Put the labels of an axis below the figure, where they cover no curve."""
+def legend(figure: Any, axis: Any, place: str = "outside lower center") -> None:
+    """
+    Put the labels of an axis below it, where they cover no curve.
+
+    Outside of what a layout of Matplotlib's places. Without one, where `place` says: the axis has to leave
+    room there.
+    """
     handles, labels = axis.get_legend_handles_labels()
     if labels:
-        figure.legend(handles, labels, loc="outside lower center", ncols=2, frameon=False, fontsize="small")
+        figure.legend(handles, labels, loc=place, ncols=_LABELS_A_LINE, frameon=False, fontsize="small")
 
 
 def _limits(chart: Chart) -> tuple[float, float] | None:

@@ -23,7 +23,7 @@ from master.diagnosis.numerics.least_squares import Fit, FreeParameter
 from master.diagnosis.replay.placed_effect import PlacedEffect, fixed_values, free_parameters
 
 from .extended_model import ExtendedModel
-from .families import Ranked, best_first, is_beaten
+from .families import Ranked, best_first
 from .rounds import SMALLEST_PROMISE, Round, SearchResult, search
 from .screening import FACTORS, LEAST_AMPLITUDE
 from .study import PRECISE, Study
@@ -64,6 +64,10 @@ def with_laws_in_several_slots(
         result: What a search that adds one effect after the other ended with.
         candidates: Effects in their slots.
         is_adequate: See `search`; nothing is tried where the result is adequate.
+
+    The two ends are compared once, by the power that they leave on the held-out blocks and what chance
+    makes of it, as an effect is with the model before it. They are not compared block by block: neither
+    contains the other, so one may be right in a block by accident, whose logarithm outweighs all others.
     """
     laws = together(study, candidates)
     if not laws or is_adequate(result.fit):
@@ -80,9 +84,7 @@ def with_laws_in_several_slots(
     found = begun
     if not is_adequate(begun.fit):
         found = search(study, result.base, candidates, is_adequate=is_adequate, begun=begun)
-    one = study.gain(result.base, result.fit)
-    other = study.gain(result.base, found.fit)
-    return found if is_beaten(study, one, other) else result
+    return found if is_accepted(study.gain(result.fit, found.fit), 1) else result
 
 
 def together(study: Study, candidates: Sequence[PlacedEffect]) -> list[Together]:

@@ -112,6 +112,29 @@ def test_the_same_chart_is_the_same_picture():
     assert data_uri(motions()) == data_uri(motions())
 
 
+def test_a_picture_is_drawn_once(monkeypatch):
+    """A layout of Matplotlib's draws all of it before, to measure the numbers at the axes."""
+    drawn = []
+    draw = Figure.draw
+    monkeypatch.setattr(Figure, "draw", lambda self, *a: [drawn.append(self), draw(self, *a)][1])
+
+    data_uri(motions())
+
+    assert len(drawn) == 1
+
+
+def test_a_picture_grows_with_its_labels():
+    t = np.arange(2.0)
+    heights = []
+    for n in (2, 40):
+        chart = Chart("many", "t [s]", "x [m]", [Curve(f"curve {k}", t, t) for k in range(n)])
+        text = base64.b64decode(data_uri(chart).partition(",")[2]).decode()
+        heights.append(float(text.partition('height="')[2].partition("pt")[0]))
+
+    assert heights[0] == 216.0  # 3 inch
+    assert heights[1] > 20 * 12.0  # 20 lines of labels
+
+
 def test_a_region_is_filled_with_its_hole_left_out(tmp_path):
     """A square of 10 with a hole of 4: by hand 84 % of the field is filled."""
     image = pytest.importorskip("matplotlib.image")

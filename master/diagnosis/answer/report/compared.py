@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
@@ -12,17 +10,17 @@ from master.diagnosis.answer.before_after import SealedPart
 from master.diagnosis.case.cut import CutSystem
 from master.diagnosis.numerics.arrays import Array
 
-from .drawing import AFTER, BEFORE, MEASURED, draw, label, legend, new_figure, unit_of
+from .drawing import AFTER, BEFORE, MEASURED, draw, label, legend, new_grid, unit_of
 
 STRETCH, FEWEST = 0.06, 200
+GAPS = (1.0, 0.35)  # inch
 
 
 def compared(system: CutSystem, own: SealedPart) -> Figure:
     """Draw all outputs of a part: two rows an output, the second with what is left."""
     k = len(own.part.compared)
-    figure = new_figure(3.6 * k + 0.7)
-    axes: Any = figure.subplots(
-        2 * k, 2, squeeze=False, sharex="col", width_ratios=(3, 2), height_ratios=(3, 2) * k
+    figure, axes = new_grid(
+        2 * k, 2, 3.6 * k + 0.7, GAPS, sharex="col", width_ratios=(3, 2), height_ratios=(3, 2) * k
     )
     left_before = own.measured - own.before
     worst = worst_stretch(np.sqrt(np.mean((left_before / scale_of(left_before)) ** 2, axis=1)))

@@ -14,16 +14,34 @@ from scipy.signal import welch
 from master.diagnosis.judge.evidence import worst_output
 from master.diagnosis.judge.part_result import PartResult
 from master.diagnosis.numerics.arrays import Array
+from master.diagnosis.numerics.whiteness import Correlation
 
-from .drawing import AFTER, BEFORE, COLOURS, LINES, draw, legend, new_figure, role_label, unit_of
+from .drawing import (
+    AFTER,
+    BEFORE,
+    BELOW,
+    COLOURS,
+    LEFT,
+    LINES,
+    draw,
+    legend,
+    new_grid,
+    place,
+    plain_figure,
+    role_label,
+    unit_of,
+)
 
 MOST_POINTS = 4000
 MOST_BARS = 8
 SEGMENT = 2048
 SEGMENTS = 5
 HEIGHT = 6.2
+GAPS = (0.0, 0.6)  # inch
 HEIGHT_OF_BARS = 2.6
 HEIGHT_OF_MAP = 3.4
+LETTER, SPACE, ROOM_OF_TITLE = 0.085, 0.2, 0.35  # inch
+MOST_OF_NAMES = 6.0  # inch
 LIMIT = 98.0
 
 
@@ -50,10 +68,12 @@ def residuals_of(part: PartResult) -> Residuals:
 def residual(part: PartResult) -> Figure:
     """Draw the residual over time, and its spectrum."""
     found = residuals_of(part)
-    figure = new_figure(HEIGHT)
-    rows: Any = figure.subfigures(2, 1)
-    _time(rows[0], part, found.left, f"{found.signal} [{found.unit}]")
-    _spectrum(rows[1].subplots(), part, found.left, found.unit)
+    figure, axes = new_grid(2, 1, HEIGHT, GAPS)
+    over_time, spectrum = axes[:, 0]
+    _time(over_time, part, found.left, f"{found.signal} [{found.unit}]")
+    legend(figure, over_time)
+    _spectrum(spectrum, part, found.left, found.unit)
+    figure.align_ylabels(axes)
     return figure
 
 
@@ -61,21 +81,24 @@ def where(part: PartResult) -> Figure:
     """Draw what the residual correlates with, and its map over the state."""
     found = residuals_of(part)
     slot = _slot(part)
-    figure = new_figure(HEIGHT_OF_BARS + (HEIGHT_OF_MAP if slot else 0.0))
-    rows: Any = figure.subfigures(2 if slot else 1, 1, squeeze=False)[:, 0]
+    heights = [HEIGHT_OF_BARS, HEIGHT_OF_MAP] if slot else [HEIGHT_OF_BARS]
+    figure = plain_figure(sum(heights))
+    rows: Any = figure.subfigures(len(heights), 1, squeeze=False, height_ratios=heights)[:, 0]
+    letters = max([0, *(len(_name(c)) for c in part.correlations[:MOST_BARS])])
+    left = SPACE + min(LETTER * letters, MOST_OF_NAMES)
+    place(rows[0], HEIGHT_OF_BARS, left=left, below=BELOW, above=SPACE)
     _correlations(rows[0].subplots(), part)
     if slot:
+        place(rows[1], HEIGHT_OF_MAP, left=LEFT, below=BELOW, above=ROOM_OF_TITLE)
         _maps(rows[1], part, found.left, slot, found.unit)
     return figure
 
 
-def _time(figure: Any, part: PartResult, left: Mapping[str, Array], name: str) -> None:
-    ax: Any = figure.subplots()
+def _time(ax: Any, part: PartResult, left: Mapping[str, Array], name: str) -> None:
     rows = part.in_use
     t = np.asarray(np.flatnonzero(rows) * part.row_period, dtype=float)
     draw(ax, t, {k: v[rows] for k, v in left.items()})
     ax.set(xlabel="time [s]", ylabel=name)
-    legend(figure, ax)
 
 
 def spectrum_of(part: PartResult, values: Array) -> tuple[Array, Array]:
@@ -96,15 +119,21 @@ def _spectrum(ax: Any, part: PartResult, left: Mapping[str, Array], unit: str) -
 
 def _correlations(ax: Any, part: PartResult) -> None:
     found = part.correlations[:MOST_BARS][::-1]
-    names = [c.basis.partition(".")[2] or c.basis for c in found]
     ax.barh(
-        names, [abs(c.value) for c in found], color=[COLOURS[AFTER] if c.is_found else "0.7" for c in found]
+        [_name(c) for c in found],
+        [abs(c.value) for c in found],
+        color=[COLOURS[AFTER] if c.is_found else "0.7" for c in found],
     )
     ax.set_xlabel("abs(cross-correlation) [1], before")
     ax.margins(y=0.02)
     if not found:
         ax.text(0.5, 0.5, "no signal to correlate with", ha="center", transform=ax.transAxes)
         ax.set_yticks([])
+
+
+def _name(found: Correlation) -> str:
+    """What a residual correlates with, without the FMU that it is in."""
+    return found.basis.partition(".")[2] or found.basis
 
 
 def _slot(part: PartResult) -> str | None:

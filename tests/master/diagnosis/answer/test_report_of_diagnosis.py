@@ -220,4 +220,14 @@ def test_the_residual_is_that_of_the_output_explained_worst_and_its_spectrum_sho
     assert before.x[np.argmax(before.y)] == pytest.approx(3.0, abs=1.3)  # segments of 0.8 s
     assert after.y == pytest.approx(0.5 * before.y)
     for figure in (residual(part), where(part)):
+        assert figure.get_layout_engine() is None  # one of Matplotlib's draws it twice
         figure.savefig(io.BytesIO())
+
+
+def test_a_name_longer_than_the_page_leaves_room_for_its_bar(part, monkeypatch):
+    monkeypatch.setattr("master.diagnosis.answer.report.residual.worst_output", lambda study: 1)
+    part.correlations = [SimpleNamespace(basis=f"axis.{'velocity' * 30}", value=-0.4, is_found=True)]
+
+    (figure,) = where(part).subfigs
+
+    assert figure.axes[0].get_position().width > 0.2

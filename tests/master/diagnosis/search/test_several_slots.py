@@ -71,6 +71,30 @@ def test_a_law_that_each_slot_alone_contradicts_is_found_in_both(study):
     assert np.std(result.fit.predicted - study.measured) < 0.011
 
 
+def ended_with(residual, study):
+    """The end of a search that leaves a residual (N,)."""
+    fit = Fit("one", {}, {}, study.measured - residual[:, None], 0.0)
+    base = Fit("base", {}, {}, predicted((), {}), 0.0)
+    return SearchResult(base, ExtendedModel((OFFSETS[0],)), fit, ())
+
+
+def test_one_block_that_another_law_hits_by_accident_does_not_outweigh_the_others(study):
+    """It leaves four times the noise's power in five blocks of six, and 1/400 in one: a logarithm of -6."""
+    residual = 0.02 * np.random.default_rng(11).standard_normal(N)
+    residual[BLOCKS[2]] *= 0.025
+
+    result = with_laws_in_several_slots(study, ended_with(residual, study), ROOTS, lambda _: False)
+
+    assert result.model.effects == tuple(ROOTS)
+
+
+def test_an_end_that_leaves_as_much_is_kept(study):
+    for seed in range(12, 32):
+        found = ended_with(0.01 * np.random.default_rng(seed).standard_normal(N), study)
+
+        assert with_laws_in_several_slots(study, found, ROOTS, lambda _: False) is found
+
+
 def test_where_one_after_the_other_is_adequate_nothing_more_is_tried(study):
     result = ended(study)
 
