@@ -165,9 +165,9 @@ class ReplayBench:
         return self._known_starts(player)
 
     def estimated(self, player: Player, values: Values) -> dict[str, float]:
-        """Estimate those start values on the first part of the recording, by `fmu.variable`."""
+        """Estimate those start values, by `fmu.variable`: first guesses of a fit, several on all samples."""
         starts = self.starts_of(player)
-        given = self._with_starts(player, values, self._fitted_segments()[0])
+        given = self._with_starts(player, values, self._fitted_segments()[0], as_guess=True)
         return {key: float(given[SignalName(key).instance][SignalName(key).variable]) for key in starts}
 
     def failure(self, player: Player, values: Values) -> ReplayFailure | None:
@@ -221,7 +221,7 @@ class ReplayBench:
         starts = [SignalName(key) for key in self.starts]
         return [s for s in starts if s.variable in variables.get(s.instance, {})]
 
-    def _with_starts(self, player: Player, values: Values, s: Segment) -> Values:
+    def _with_starts(self, player: Player, values: Values, s: Segment, *, as_guess: bool = False) -> Values:
         """Values with the start values that are to be estimated and are not given."""
         r = self.recordings[s.recording]
         own = [key for key in not_fitted(values, self.own, r.entry or s.recording) if key not in r.given]
@@ -244,8 +244,9 @@ class ReplayBench:
             values=values,
             target=self.raw[s.recording][s.begin : s.end],
         )
-        rows = len(s) if self.is_windowed else head(len(s))
-        self._note(s, names, rows)
+        rows = len(s) if self.is_windowed or as_guess else head(len(s))
+        if not as_guess:
+            self._note(s, names, rows)
         if len(names) == 1 and not self.is_windowed:
             return by_grid(estimate, names[0], self.starts[names[0]])
         key = (player, s)
