@@ -81,7 +81,7 @@ class ReplayBench:
         self.measured = self._joined(compared)
         self.in_use = self._in_use()
         self.estimates: dict[Segment, Estimated] = {}
-        self._inverses: dict[tuple[Player, Segment], Array | None] = {}
+        self._inverses: dict[tuple[Player, Segment, int], Array | None] = {}
 
     @property
     def name(self) -> str:
@@ -249,7 +249,7 @@ class ReplayBench:
             self._note(s, names, rows)
         if len(names) == 1 and not self.is_windowed:
             return by_grid(estimate, names[0], self.starts[names[0]])
-        key = (player, s)
+        key = (player, s, rows)
         bounds = {name: self.starts[name] for name in names}
         found = by_steps(estimate, bounds, rows, self._inverses.get(key))
         self._inverses[key] = found.inverse
