@@ -161,7 +161,7 @@ def _estimated(recording: str, sealed: Mapping[str, SealedPart]) -> Iterator[str
             yield f"{names}: estimated in each of {len(own)} windows, on the rows that are compared"
         elif own:
             rows = sum(e.rows for e in own.values())
-            yield f"{names}: estimated on its first {HEAD:.0%} ({rows} rows), which no error is counted on"
+            yield f"{names}: estimated on its first {100.0 * HEAD:.0f} % ({rows} rows), which no error is counted on"
 
 
 def subsystem(diagnosis: Diagnosis) -> str | None:
