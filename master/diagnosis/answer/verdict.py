@@ -161,7 +161,8 @@ def _estimated(recording: str, sealed: Mapping[str, SealedPart]) -> Iterator[str
             yield f"{names}: estimated in each of {len(own)} windows, on the rows that are compared"
         elif own:
             rows = sum(e.rows for e in own.values())
-            yield f"{names}: estimated on its first {100.0 * HEAD:.0f} % ({rows} rows), which no error is counted on"
+            share = f"{100.0 * HEAD:.0f} %"
+            yield f"{names}: estimated on its first {share} ({rows} rows), which no error is counted on"
 
 
 def subsystem(diagnosis: Diagnosis) -> str | None:
