@@ -1,10 +1,11 @@
-"""From a `source` to an FMU file: a path as it is, or a model of `fmu_sources`, built when stale."""
+"""From a `source` to an FMU file: a path as it is, or a model by its name or its file, built when stale."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
+from fmu_sources.composed import registry
 from fmu_sources.composed.names import base_of
 from fmu_sources.composed.registry import load, model_files
 from fmu_sources.export import build
@@ -13,6 +14,7 @@ from fmu_sources.framework.variables import Role
 from .errors import ConfigError, expected, shown
 
 Progress = Callable[[str], None]
+OWN = ".py"
 FLAVOURS = build.FLAVOURS
 
 
@@ -37,7 +39,17 @@ def base_model(source: str) -> str:
 
 def is_path(source: str) -> bool:
     """Whether a source names a file rather than a model."""
-    return source.lower().endswith(".fmu") or "/" in source or "\\" in source
+    return source.lower().endswith((".fmu", OWN)) or "/" in source or "\\" in source
+
+
+def is_own(source: str) -> bool:
+    """Whether a source names the Python file of a model of one's own."""
+    return source.lower().endswith(OWN)
+
+
+def model_name(source: str, target: Path | build.Target) -> str:
+    """Return the name of a source's model, found at `target`; the path of a foreign FMU as it is."""
+    return source if isinstance(target, Path) else target.model
 
 
 def locate(source: str, folder: Path, flavour: str) -> Path | build.Target:
@@ -47,6 +59,8 @@ def locate(source: str, folder: Path, flavour: str) -> Path | build.Target:
     Raises:
         ConfigError: If it is neither a file nor a model.
     """
+    if is_own(source):
+        return _own_target(folder / source, flavour)
     if is_path(source):
         path = folder / source
         if not _is_fmu(path):
@@ -55,10 +69,17 @@ def locate(source: str, folder: Path, flavour: str) -> Path | build.Target:
     try:
         return build.target(source, flavour)
     except KeyError:
-        from fmu_sources.composed import registry
-
         models = expected(source, registry.model_files())
         raise ConfigError([f"no such model, got {shown(source)}, {models}, or a path to an FMU"]) from None
+
+
+def _own_target(file: Path, flavour: str) -> build.Target:
+    from fmu_sources.export.own_model import OwnModelError
+
+    try:
+        return build.own_target(file, flavour)
+    except OwnModelError as error:
+        raise ConfigError(str(error).splitlines()) from None
 
 
 def _is_fmu(path: Path) -> bool:
@@ -121,12 +142,12 @@ def _build(target: build.Target, progress: Progress) -> Path:
 
 
 def _refuse_without_substitute(failed: Mapping[str, list[build.Target]]) -> None:
-    """Refuse FMI 3.0 FMUs that cannot be built: the Python flavour is of FMI 2.0."""
+    """Refuse what has no Python flavour: FMI 3.0 FMUs, and models by path."""
     problems = [
         f"{target.model}.fmu: missing or older than its sources; {reason}"
         for reason, group in failed.items()
         for target in group
-        if target.flavour != "native"
+        if target.flavour != "native" or registry.is_own(target.model)
     ]
     if problems:
         raise ConfigError(problems)

@@ -1,6 +1,8 @@
 """
 Models by name: `<folder>/<name>.py` holds the model `name` as `MODEL`; others are composed by their name.
 
+Models of files elsewhere are added by `add` while the program runs.
+
 A folder of models says in its `__init__.py` whether the release holds them, `RELEASED = True` or `False`:
 that line makes it one, and nothing else lists it.
 """
@@ -13,6 +15,7 @@ import re
 from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
+from typing import NamedTuple
 
 from ..framework.model import Model
 from .names import base_of, composed, effects_of, is_composed
@@ -21,9 +24,39 @@ ROOT = Path(__file__).parents[1]
 _DECLARATION = re.compile(r"^RELEASED = (True|False)$", re.MULTILINE)
 
 
+class _Own(NamedTuple):
+    """A model that is not of this package, and the file that defines it."""
+
+    model: Model
+    file: Path
+
+
+_own: dict[str, _Own] = {}
+
+
 def model_files() -> dict[str, Path]:
-    """Map each model's name to its file, folders and files in alphabetical order."""
+    """Map the name of each model of this package to its file, folders and files in alphabetical order."""
     return dict(_found())
+
+
+def add(model: Model, file: Path) -> None:
+    """
+    Make a model of a file elsewhere known by its name, in the place of an earlier one of that file.
+
+    Raises:
+        ValueError: If the name is taken by another file.
+    """
+    known = _own.get(model.name)
+    other = known.file if known is not None else _found().get(model.name)
+    if other is not None and not other.samefile(file):
+        raise ValueError(f"name of the model is taken, got {model.name!r}, also in {other}, expected another")
+    _own[model.name] = _Own(model, file)
+    _composed.cache_clear()
+
+
+def is_own(name: str) -> bool:
+    """Whether a model, or the one that it is composed of, was added from a file elsewhere."""
+    return base_of(name) in _own
 
 
 def is_released(name: str) -> bool:
@@ -55,6 +88,8 @@ def load(name: str) -> Model:
             return _composed(name)
         except ValueError as error:
             raise KeyError(str(error)) from error
+    if name in _own:
+        return _own[name].model
     path = model_files()[name]
     module = importlib.import_module(f"..{path.parent.name}.{name}", __package__)
     model = module.MODEL
@@ -70,7 +105,7 @@ def _composed(name: str) -> Model:
 
 def modules(name: str) -> tuple[Path, ...]:
     """List the files that make a model: its own, then those that compose it; KeyError if there is none."""
-    base = model_files()[base_of(name)]
+    base = _own[base_of(name)].file if is_own(name) else model_files()[base_of(name)]
     if not is_composed(name):
         return (base,)
     laws = sorted({ROOT / "effects" / f"{law}.py" for law in effects_of(name, load)})

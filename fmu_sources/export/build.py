@@ -21,11 +21,17 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from typing import TYPE_CHECKING
 
+from ..composed.registry import is_own, load, modules
+from ..framework.model import Model
 from .manifest import read_manifest
 from .places import FMU_FOLDER, cache_folder
 from .stamp_cache import StampCache
 from .whole_file import write_whole
+
+if TYPE_CHECKING:
+    from .native_flavour import NativeSources
 
 FLAVOURS = ("native", "python", "fmi3")
 _VERSION = {"native": "2.0", "fmi3": "3.0"}
@@ -67,6 +73,9 @@ def cached_path(name: str, flavour: str, token: str) -> Path:
 
 def target(name: str, flavour: str = "native", folder: Path = FMU_FOLDER) -> Target:
     """Name the FMU of a model, released into `folder` or kept in the cache; KeyError if there is none."""
+    if is_own(name):
+        token = _own_sources(load(name), modules(name)[0]).token
+        return Target(name, flavour, cached_path(name, flavour, token), token)
     if flavour == "python":
         token = _python_token(name)
         return Target(name, flavour, cached_path(name, flavour, token), token)
@@ -79,8 +88,30 @@ def target(name: str, flavour: str = "native", folder: Path = FMU_FOLDER) -> Tar
     return Target(name, flavour, cached_path(name, flavour, stamp), stamp)
 
 
+def own_target(file: Path, flavour: str = "native") -> Target:
+    """
+    Name the FMU of a model that is not of this package, kept in the cache.
+
+    Raises:
+        OwnModelError: If the model is wrong, or for the Python flavour, which carries this package alone.
+    """
+    from .own_model import VERSIONS, OwnModelError, added
+
+    if flavour not in VERSIONS:
+        raise OwnModelError(
+            f"{file}: flavour of a model by path, got {flavour!r}, expected one of {[*VERSIONS]}"
+        )
+    return target(added(file), flavour)
+
+
+@cache
+def _own_sources(model: Model, file: Path) -> NativeSources:
+    from .own_model import own_sources
+
+    return own_sources(model, file)
+
+
 def _python_token(name: str) -> str:
-    from ..composed.registry import load, modules
     from .python_flavour import python_sources, python_token
 
     return python_token(load(name), python_sources(*modules(name)))
@@ -92,7 +123,6 @@ def _stamps() -> StampCache:
 
 
 def _native_stamp(name: str) -> str:
-    from ..composed.registry import load, modules
     from .native_flavour import source_stamp
 
     return source_stamp(load(name), *modules(name))
@@ -100,7 +130,6 @@ def _native_stamp(name: str) -> str:
 
 def build(wanted: Target) -> Path:
     """Build the FMU for this machine and put it in its place in one move."""
-    from ..composed.registry import load, modules
     from .native_flavour import host_binaries, native_sources, pack_native
     from .python_flavour import build_python
 
@@ -108,7 +137,7 @@ def build(wanted: Target) -> Path:
     if wanted.flavour == "python":
         content = build_python(model, *files)
     else:
-        sources = native_sources(model, *files)
+        sources = _own_sources(model, files[0]) if is_own(wanted.model) else native_sources(model, *files)
         content = pack_native(sources, host_binaries(sources), _VERSION[wanted.flavour])
     write_whole(wanted.path, content)
     return wanted.path
@@ -127,7 +156,6 @@ def build_with_starts(name: str, starts: Mapping[str, float], flavour: str, path
     Raises:
         NativeBuildError: If no compiler is here.
     """
-    from ..composed.registry import load, modules
     from ..framework.starts import with_starts
     from .native import MissingToolError
     from .native_flavour import host_binaries, native_sources, pack_native, release_binaries
@@ -137,7 +165,8 @@ def build_with_starts(name: str, starts: Mapping[str, float], flavour: str, path
     if flavour == "python":
         content = build_python(load(name), *files, starts=starts)
     else:
-        sources = native_sources(with_starts(load(name), starts), *files)
+        model = with_starts(load(name), starts)
+        sources = _own_sources(model, files[0]) if is_own(name) else native_sources(model, *files)
         try:
             binaries = release_binaries(sources)
         except MissingToolError:

@@ -11,10 +11,12 @@ import hashlib
 import importlib.util
 import sys
 import traceback
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
+from ..composed import registry
+from ..composed.composition import SEPARATOR
 from ..framework.model import Model
 from ..framework.variables import Role
 from .facts import guid
@@ -52,6 +54,43 @@ def load_model(file: Path) -> Model:
     return model
 
 
+def added(file: Path) -> str:
+    """
+    Load a model, check it, and make it known to the registry; return its name.
+
+    Raises:
+        OwnModelError: If it cannot be loaded, is wrong, or has the name of another model.
+    """
+    model = load_model(file)
+    name = getattr(model, "name", None)
+    if not isinstance(name, str) or not (name.isidentifier() and name.isascii()) or SEPARATOR in name:
+        expected = "a name of letters, digits and single underscores"
+        raise OwnModelError(f"{file}: name of the model, got {name!r}, expected {expected}")
+    _check(model, file)
+    try:
+        registry.add(model, file)
+    except ValueError as error:
+        raise OwnModelError(f"{file}: {error}") from error
+    return name
+
+
+def own_sources(model: Model, file: Path | None = None) -> NativeSources:
+    """
+    Generate the C of a model; its GUID is the digest of all of it.
+
+    Raises:
+        OwnModelError: If declarations and equations do not agree.
+    """
+    from . import native
+
+    _check(model, file)
+    with _naming_lines_of(file):
+        reference = {} if file is None else reference_files(model, file)
+        draft = NativeSources(model, "", native.generate(model, ""), reference)
+        token = guid(content_digest_of(draft).encode())
+        return NativeSources(model, token, native.generate(model, token), reference)
+
+
 def own_fmu(model: Model, flavour: str = "native", file: Path | None = None) -> bytes:
     """
     Generate, compile and pack the FMU of a model for this machine.
@@ -65,16 +104,9 @@ def own_fmu(model: Model, flavour: str = "native", file: Path | None = None) -> 
         OwnModelError: If declarations and equations do not agree.
         NativeBuildError: If this machine lacks a tool, or the compiler fails.
     """
-    from . import native
-
     if flavour not in VERSIONS:
         raise OwnModelError(f"{model.name}: flavour, got {flavour!r}, expected native or fmi3")
-    _check(model, file)
-    with _naming_lines_of(file):
-        reference = {} if file is None else reference_files(model, file)
-        draft = NativeSources(model, "", native.generate(model, ""), reference)
-        token = guid(content_digest_of(draft).encode())
-        sources = NativeSources(model, token, native.generate(model, token), reference)
+    sources = own_sources(model, file)
     return pack_native(sources, host_binaries(sources), VERSIONS[flavour])
 
 
@@ -96,7 +128,13 @@ def _check(model: Model, file: Path | None) -> None:
             "update": (model.update(0.0, x, u, p, PYTHON), model.states.fields, False),
             "initial": (model.initial(x, u, p, PYTHON), model.states.fields, False),
         }
-    problems = []
+    problems = [
+        f"{where}: {method}(), got {type(given).__name__}, expected a mapping of names to values"
+        for method, (given, _, _) in found.items()
+        if not isinstance(given, Mapping)
+    ]
+    if problems:
+        raise OwnModelError("\n".join(problems))
     for method, (given, declared, needs_all) in found.items():
         what = "state" if method != "outputs" else "output"
         if needs_all:
@@ -116,12 +154,18 @@ def _check(model: Model, file: Path | None) -> None:
 
 @contextmanager
 def _importable(folder: Path) -> Iterator[None]:
-    """Let a module import files next to it while it is loaded."""
-    sys.path.insert(0, str(folder.resolve()))
+    """Let a module import files next to it while it is loaded; another folder has files of its own."""
+    folder = folder.resolve()
+    before = set(sys.modules)
+    sys.path.insert(0, str(folder))
     try:
         yield
     finally:
-        sys.path.remove(str(folder.resolve()))
+        sys.path.remove(str(folder))
+        for name in set(sys.modules) - before:
+            file = getattr(sys.modules[name], "__file__", None)
+            if file is not None and Path(file).is_relative_to(folder):
+                del sys.modules[name]
 
 
 @contextmanager
@@ -133,8 +177,12 @@ def _naming_lines_of(file: Path | None) -> Iterator[None]:
         raise OwnModelError(f"{error.filename}:{error.lineno}: {error.msg}") from error
     except Exception as error:
         frames = traceback.extract_tb(error.__traceback__)
-        own = [f for f in frames if file is not None and Path(f.filename).resolve() == file.resolve()]
-        if not own:
+        if file is None or isinstance(error, OwnModelError):
             raise
+        own = [f for f in frames if Path(f.filename).resolve() == file.resolve()]
         text = str(error) or "no text"
+        if not own:
+            raise OwnModelError(
+                f"{file}: its equations cannot be exported: {type(error).__name__}: {text}"
+            ) from error
         raise OwnModelError(f"{file}:{own[-1].lineno}: {type(error).__name__}: {text}") from error

@@ -83,10 +83,10 @@ def _check_case(path: Path, plot: Path | None, as_json: bool, given: list[str]) 
     if as_json:
         parts = [{"fmus": p.name, "compared": p.compared, "effects": p.n_effects} for p in found.parts]
         counts = {"rows": found.rows, "period": found.period, "fit": found.n_fit, "select": found.n_select}
-        cost: dict[str, Any] = {"rows_of_one_pass": found.rows_of_one_pass, "notes": found.notes}
+        more: dict[str, Any] = {"cost": found.cost.as_dict(), "notes": found.notes}
         if plot is not None:
-            cost["plot"] = str(plot)
-        print_json({"name": found.name, "status": "valid", **counts, "parts": parts, **cost})
+            more["plot"] = str(plot)
+        print_json({"name": found.name, "status": "valid", **counts, "parts": parts, **more})
         return
     rows = ", ".join(f"{name} {n} rows" for name, n in found.rows.items())
     say(f"{path}: valid, {rows} every {found.period:.6g} s")
@@ -96,7 +96,7 @@ def _check_case(path: Path, plot: Path | None, as_json: bool, given: list[str]) 
     say(f"split: {found.n_fit} rows to fit, {found.n_select} to select by, the others sealed or left out")
     for part in found.parts:
         say(f"{part.name}: compared in {', '.join(part.compared)}, {part.n_effects} effects to consider")
-    say(f"each effect once on the rows to fit: {found.rows_of_one_pass} rows to step")
+    say(f"{found.cost}")
     if plot is not None:
         say(f"{plot}: the models as they are, over what was measured")
 

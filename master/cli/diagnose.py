@@ -44,7 +44,7 @@ def diagnose(case: Path, output: Path | None, budget: float | None, as_json: boo
             if not STDERR.is_terminal:  # a log wants lines
                 say(f"{time.monotonic() - begin:8.1f} s  {text}", err=True)
 
-        report = answer(case, folder, show, deadline)
+        report = answer(case, folder, show, deadline, lambda cost: say(cost, err=True))
     if as_json:
         print_json(report)
         return

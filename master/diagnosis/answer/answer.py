@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 from typing import Any
 
+from master import catalogue
 from master.diagnosis.answer.report.page import page
 from master.diagnosis.answer.report.panels import panels
 from master.diagnosis.case.case import read_case
@@ -20,17 +21,24 @@ from .corrected_fmus import Corrected, confirmed, correct
 from .verdict import as_dict
 
 
-def answer(path: Path, folder: Path, progress: Progress, deadline: Deadline | None = None) -> dict[str, Any]:
+def answer(
+    path: Path,
+    folder: Path,
+    progress: Progress,
+    deadline: Deadline | None = None,
+    announce: Progress = catalogue.silent,
+) -> dict[str, Any]:
     """
     Diagnose a case and write report, panels, corrected FMUs and system into a folder.
 
-    No FMU stays loaded, however it ends. Once the deadline is over, the best so far is reported.
+    No FMU stays loaded, however it ends. Once the deadline is over, the best so far is reported. `announce`
+    is told once, at the start, what it will cost.
 
     Raises:
         ConfigError: If the case or what it names is wrong.
         FmuError: If an FMU cannot be replayed on what was measured.
     """
-    with diagnose(read_case(path), progress, deadline) as diagnosis:
+    with diagnose(read_case(path), progress, deadline, announce) as diagnosis:
         progress("models with effects are written")
         corrected = correct(diagnosis, folder)
         progress("sealed rows are read, once")

@@ -19,7 +19,7 @@ from master.diagnosis.numerics.arrays import Array, Integers
 from master.diagnosis.numerics.error_measures import Errors, errors
 from master.diagnosis.numerics.sealed_gain import SealedGain, sealed_gain
 from master.diagnosis.replay.candidate_models import links
-from master.diagnosis.replay.replay_bench import ReplayBench
+from master.diagnosis.replay.replay_bench import Estimated, ReplayBench, Segment
 from master.diagnosis.replay.replayer import Player
 from master.diagnosis.search.study import merged
 
@@ -31,7 +31,8 @@ class SealedPart:
 
     `gains` is what each effect takes away by itself, `rivals` is the rms that every
     fitted effect leaves, by signal, `gain` what all take over the refit and over the
-    nominal model. `failure` says why a replay ended early, None if none did.
+    nominal model. `failure` says why a replay ended early, None if none did. `estimates` are what was
+    estimated on rows of these recordings, by segment; of a whole recording, those rows are left out here.
     """
 
     part: CutPart
@@ -43,6 +44,7 @@ class SealedPart:
     gains: Mapping[str, SealedGain | None] = field(default_factory=dict)
     rivals: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     failure: str | None = None
+    estimates: Mapping[Segment, Estimated] = field(default_factory=dict)
 
     @property
     def gain(self) -> SealedGain | None:
@@ -107,9 +109,6 @@ def _one(
 ) -> SealedPart:
     system = diagnosis.system
     bench = _bench(diagnosis, result, {s.recording for s in stretches})
-    rows = np.concatenate([np.arange(s.begin, s.end) + bench.begin(s.recording) for s in stretches])
-    rows = rows[rows < len(bench.measured)]
-    rows = rows[bench.in_use[rows]]
     old = _files(system, bench.part)
     before = _run(bench, system, old, result.base.values)
     nominal = _run(bench, system, old, {})
@@ -117,6 +116,9 @@ def _one(
     if result.has_effect:
         new = {fmu: files.get(fmu, file) for fmu, file in old.items()}
         after = _run(bench, system, new, result.values)
+    rows = np.concatenate([np.arange(s.begin, s.end) + bench.begin(s.recording) for s in stretches])
+    rows = rows[rows < len(bench.measured)]
+    rows = rows[bench.in_use[rows] & ~bench.looked_at()[rows]]
     measured = bench.measured[rows]
     own = SealedPart(
         part=bench.part,
@@ -126,6 +128,7 @@ def _one(
         after=after.predicted[rows],
         nominal=nominal.predicted[rows],
         failure=next((r.failure for r in (after, before, nominal) if r.failure), None),
+        estimates=dict(bench.estimates),
     )
     gains = {}
     for name, less in result.without.items():
@@ -159,7 +162,7 @@ def _bench(diagnosis: Diagnosis, result: PartResult, names: set[str]) -> ReplayB
     bench = result.study.bench
     recordings = {name: r for name, r in diagnosis.recordings.items() if name in names}
     if set(recordings) <= set(bench.lengths):
-        return bench
+        return bench.afresh()
     fitted = bench.fitted & set(recordings)
     return ReplayBench(bench.part, recordings, diagnosis.loaded.case, fitted)
 

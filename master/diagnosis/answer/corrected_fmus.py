@@ -49,7 +49,7 @@ def correct(diagnosis: Diagnosis, folder: Path) -> Corrected:
         if source == system.sources[fmu]:
             continue
         own = values.get(fmu, {})
-        for flavour in FLAVOURS:
+        for flavour in FLAVOURS[:1] if catalogue.is_own(system.config.fmus[fmu].source) else FLAVOURS:
             path = folder / flavour / f"{_file_name(fmu, source, sources)}.fmu"
             files.append(build_with_starts(source, own, flavour, path))
             if flavour == "native":
@@ -151,7 +151,7 @@ def _document(diagnosis: Diagnosis, native: Mapping[str, Path], folder: Path) ->
 def _source(system: CutSystem, fmu: str, native: Mapping[str, Path], folder: Path) -> str:
     if fmu in native:
         return f"./{native[fmu].relative_to(folder).as_posix()}"
-    source = system.sources[fmu]
+    source = system.config.fmus[fmu].source
     if not catalogue.is_path(source):
         return source
     return Path(os.path.relpath(system.folder / source, folder)).as_posix()

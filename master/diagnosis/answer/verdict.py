@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -15,6 +15,7 @@ from master.diagnosis.judge.diagnose import Diagnosis
 from master.diagnosis.judge.part_result import PartResult
 from master.diagnosis.numerics.gains import SMALLEST_GAIN
 from master.diagnosis.replay.placed_effect import PlacedEffect
+from master.diagnosis.replay.start_values import HEAD
 from master.diagnosis.search.classes import are_of_a_class, class_of
 from master.diagnosis.search.families import Ranked
 from master.diagnosis.search.simplify import AND
@@ -143,12 +144,25 @@ def as_dict(diagnosis: Diagnosis, sealed: Mapping[str, SealedPart], files: list[
         },
         "changed_rows": {name: row for p in diagnosis.parts for name, row in p.changed_rows.items()},
         "recordings": {
-            name: {"rows": len(r), "period": r.period, "notes": list(r.notes)}
+            name: {"rows": len(r), "period": r.period, "notes": [*r.notes, *_estimated(name, sealed)]}
             for name, r in diagnosis.recordings.items()
         },
         "residual": {p.name: _residual(p) for p in diagnosis.parts},
         "files": files,
     }
+
+
+def _estimated(recording: str, sealed: Mapping[str, SealedPart]) -> Iterator[str]:
+    """What was estimated on the rows of a recording with sealed rows, and whether they are scored."""
+    for part in sealed.values():
+        own = {s: e for s, e in part.estimates.items() if s.recording == recording}
+        names = ", ".join(dict.fromkeys(name for e in own.values() for name in e.names))
+        if any(e.rows == len(s) for s, e in own.items()):
+            yield f"{names}: estimated in each of {len(own)} windows, on the rows that are compared"
+        elif own:
+            rows = sum(e.rows for e in own.values())
+            share = f"{100.0 * HEAD:.0f} %"
+            yield f"{names}: estimated on its first {share} ({rows} rows), which no error is counted on"
 
 
 def subsystem(diagnosis: Diagnosis) -> str | None:

@@ -161,7 +161,7 @@ def _system(
     for fmu, given in variants.get(variant or "", {}).items():
         for key, value in given.items():
             overrides[f"{fmu}.{key}"] = (config.where("variants", variant or "", fmu, key), value)
-    sources = {name: entry.source for name, entry in entries.items() if name in targets}
+    sources = {name: catalogue.model_name(entries[name].source, target) for name, target in targets.items()}
     system, faults_of_system = join(config, descriptions, overrides)
     return system, sources, problems + faults_of_system
 

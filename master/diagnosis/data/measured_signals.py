@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
-from scipy.signal import butter, filtfilt
+import scipy  # loads its packages when they are used
 
 from master import catalogue
 from master.diagnosis.case.case import Case, DelayEntry, LoadedCase, MergeEntry, SignalEntry, TimeEntry
@@ -274,5 +274,6 @@ def _made(
                 f"signals.{name}.lowpass: got {entry.lowpass:g} Hz, expected less than {half:g} Hz, half the "
                 "sampling rate"
             )
-        values = filtfilt(*butter(ORDER, entry.lowpass, fs=1.0 / period), values)
+        low_pass = scipy.signal.butter(ORDER, entry.lowpass, fs=1.0 / period)
+        values = scipy.signal.filtfilt(*low_pass, values)
     return np.asarray(values, dtype=float)

@@ -14,9 +14,7 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from scipy.interpolate import CubicSpline
-from scipy.optimize import minimize_scalar
-from scipy.signal import butter, sosfiltfilt
+import scipy  # loads its packages when they are used
 
 from master.diagnosis.numerics.arrays import Array, Mask
 from master.errors import DataError
@@ -80,7 +78,7 @@ def merged(first: Rows, second: Rows, delay: Delay) -> Rows:
         own = (at >= t[0]) & (at <= t[-1])
         piece_of[own] = i
         for name, values in second.signals.items():
-            signals[name][own] = CubicSpline(t, values[begin:end])(at[own])
+            signals[name][own] = scipy.interpolate.CubicSpline(t, values[begin:end])(at[own])
     kept = piece_of >= 0
     if not kept.any():
         raise DataError(
@@ -174,7 +172,7 @@ class _Taken:
     """Signals of rows at other times, shape (n, names)."""
 
     def __init__(self, rows: Rows, names: Sequence[str]) -> None:
-        self._splines = [CubicSpline(rows.t, rows.signals[name]) for name in names]
+        self._splines = [scipy.interpolate.CubicSpline(rows.t, rows.signals[name]) for name in names]
 
     def __call__(self, at: Array) -> Array:
         return np.column_stack([spline(at) for spline in self._splines])
@@ -194,7 +192,7 @@ class _Estimate:
         self._sought = sought
         self._related = related
         passed = PASSED * min(1.0, first.period / second.period)
-        self._low_pass = butter(2, 2.0 * passed, output="sos")
+        self._low_pass = scipy.signal.butter(2, 2.0 * passed, output="sos")
         margin = round(MARGIN / passed)
         is_common = _is_common(first, second, sought)
         self._pieces = []
@@ -226,7 +224,7 @@ class _Estimate:
         costs = np.array([self._cost(float(d)) for d in grid])
         best = int(np.argmin(costs))
         around = (float(grid[max(0, best - 1)]), float(grid[min(N_GRID - 1, best + 1)]))
-        refined = minimize_scalar(
+        refined = scipy.optimize.minimize_scalar(
             self._cost, bounds=around, method="bounded", options={"xatol": TOLERANCE * width}
         )
         value = float(refined.x)
@@ -271,7 +269,7 @@ class _Estimate:
         sides = []
         for side in zip(*parts, strict=True):
             kept = [
-                sosfiltfilt(self._low_pass, values, axis=0)[own]
+                scipy.signal.sosfiltfilt(self._low_pass, values, axis=0)[own]
                 for values, own in zip(side, self._counted, strict=True)
             ]
             joined = np.concatenate(kept)

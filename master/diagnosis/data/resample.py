@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+import scipy  # loads its packages when they are used
 
 from master.diagnosis.numerics.arrays import Array
 
@@ -61,7 +61,7 @@ def resampled(t: Array, signals: Mapping[str, Array], period: float, method: Met
 
 def _at(t: Array, values: Array, at: Array, method: Method, period: float) -> Array:
     if method is Method.CUBIC:
-        return np.asarray(CubicSpline(t, values)(at))
+        return np.asarray(scipy.interpolate.CubicSpline(t, values)(at))
     if method is Method.PREVIOUS:
         return values[np.searchsorted(t, at + NEAR_A_ROW * period, side="right") - 1]
     between = np.asarray(np.interp(at, t, values))

@@ -9,7 +9,8 @@ from master import catalogue
 from master.diagnosis.case.case import read_case
 from master.diagnosis.data.measured_signals import opened
 from master.diagnosis.data.split_rows import split_of
-from master.diagnosis.replay.fitting_effects import candidates
+
+from .cost import Cost, cost_of
 
 
 @dataclass(frozen=True)
@@ -26,7 +27,7 @@ class CheckedCase:
     """
     What a case holds: rows of each recording, their period [s], rows to fit and select by, parts.
 
-    `notes` say by recording what was done to how many of its rows.
+    `notes` say by recording what was done to how many of its rows, `cost` what a diagnosis would cost.
     """
 
     name: str
@@ -36,11 +37,7 @@ class CheckedCase:
     n_select: int
     parts: tuple[CheckedPart, ...]
     notes: dict[str, tuple[str, ...]]
-
-    @property
-    def rows_of_one_pass(self) -> int:
-        """Rows that are stepped when each effect of each part is replayed once on what is fitted."""
-        return sum((1 + part.n_effects) * self.n_fit for part in self.parts)
+    cost: Cost
 
 
 def check_case(path: Path, progress: catalogue.Progress = catalogue.silent) -> CheckedCase:
@@ -53,9 +50,10 @@ def check_case(path: Path, progress: catalogue.Progress = catalogue.silent) -> C
     loaded = read_case(path)
     system, recordings = opened(loaded, progress)
     split = split_of(loaded, recordings)
+    cost = cost_of(loaded, system, recordings, split)
     parts = [
-        CheckedPart(part.name, tuple(part.compared), len(candidates(system, part, loaded.case.slots)))
-        for part in system.parts
+        CheckedPart(part.name, tuple(part.compared), own.effects)
+        for part, own in zip(system.parts, cost.parts, strict=True)
     ]
     return CheckedCase(
         name=loaded.case.name,
@@ -65,4 +63,5 @@ def check_case(path: Path, progress: catalogue.Progress = catalogue.silent) -> C
         n_select=sum(map(len, split.select)),
         parts=tuple(parts),
         notes={name: r.notes for name, r in recordings.items() if r.notes},
+        cost=cost,
     )

@@ -9,6 +9,7 @@ from types import TracebackType
 
 import numpy as np
 
+from master import catalogue
 from master.diagnosis.adequacy.channels import Judge
 from master.diagnosis.case.case import Case, LoadedCase
 from master.diagnosis.case.cut import CutPart, CutSystem
@@ -35,6 +36,7 @@ from master.errors import ConfigError, FmuError
 from master.text.signal_name import SignalName
 
 from .channel_faults import ChannelFault, channel_faults
+from .cost import cost_of
 from .evidence import detect
 from .input_rows import changed_rows, is_better, other_rows
 from .named_or_learned import named_or_learned
@@ -113,7 +115,12 @@ def _what_is_left(part: PartResult) -> tuple[bool, float, float]:
     return (part.software_fault is not None, share, worst.ratio)
 
 
-def diagnose(loaded: LoadedCase, progress: Progress, deadline: Deadline | None = None) -> Diagnosis:
+def diagnose(
+    loaded: LoadedCase,
+    progress: Progress,
+    deadline: Deadline | None = None,
+    announce: Progress = catalogue.silent,
+) -> Diagnosis:
     """
     Study all parts of a case on the rows to fit on and to select by.
 
@@ -121,6 +128,7 @@ def diagnose(loaded: LoadedCase, progress: Progress, deadline: Deadline | None =
         loaded: The case.
         progress: Told what is being done.
         deadline: When to stop searching and report the best so far.
+        announce: Told once, before anything is replayed, what the diagnosis will cost.
 
     Raises:
         ConfigError: If the case, its system or its recordings are wrong.
@@ -129,6 +137,7 @@ def diagnose(loaded: LoadedCase, progress: Progress, deadline: Deadline | None =
     progress = deadline.watched(progress)
     system, recordings = opened(loaded, progress)
     split = split_of(loaded, recordings)
+    announce(f"{cost_of(loaded, system, recordings, split)}")
     with ExitStack() as stack:
         begun = []
         for part in system.parts:

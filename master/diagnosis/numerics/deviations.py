@@ -13,7 +13,7 @@ Source: White, Econometrica 50 (1982) 1; Newey, West, Econometrica 55 (1987) 703
 from __future__ import annotations
 
 import numpy as np
-from scipy import stats
+import scipy  # loads its packages when they are used
 
 from .arrays import Array
 from .whiteness import correlation_length
@@ -48,7 +48,7 @@ def sandwich(jacobian: Array, residual: Array, n_outputs: int, n_priors: int) ->
     sums = scores[: count * block * n_outputs].reshape(count, block * n_outputs, -1).sum(axis=1)
     sums = sums - sums.mean(axis=0)
     freedom = max(3, count - jacobian.shape[1])
-    wider = (float(stats.t.ppf(0.975, freedom)) / NORMAL) ** 2
+    wider = (float(scipy.stats.t.ppf(0.975, freedom)) / NORMAL) ** 2
     middle = sums.T @ sums * (rows / (count * block)) * wider * count / freedom
     priors = jacobian[n:]
     return np.asarray(inverse @ (middle + priors.T @ priors) @ inverse)

@@ -15,7 +15,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.optimize import least_squares
+import scipy  # loads its packages when they are used
 
 from .arrays import Array, Mask
 from .deviations import sandwich
@@ -115,7 +115,7 @@ def fit(
         guess = problem.first_guess(start)
         if not np.isfinite(guess).all():  # estimated along a replay that diverged
             guess = problem.first_guess({})
-        solution = least_squares(
+        solution = scipy.optimize.least_squares(
             problem.residual,
             guess,
             problem.jacobian,

@@ -17,8 +17,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy import signal, stats
-from scipy.linalg import solve_toeplitz
+import scipy  # loads its packages when they are used
 
 from .arrays import Array
 
@@ -55,12 +54,12 @@ def whitening(residual: Array, order: int = ORDER) -> Array:
     if covariance[0] <= 0.0:
         return np.concatenate([[1.0], np.zeros(order)])
     covariance[0] *= 1.0 + 1e-9
-    return np.concatenate([[1.0], -solve_toeplitz(covariance[:-1], covariance[1:])])
+    return np.concatenate([[1.0], -scipy.linalg.solve_toeplitz(covariance[:-1], covariance[1:])])
 
 
 def filtered(values: Array, coefficients: Array) -> Array:
     """Pass values, less their mean, through a whitening filter; rows while it fills are left out."""
-    whole = signal.lfilter(coefficients, [1.0], values - values.mean())
+    whole = scipy.signal.lfilter(coefficients, [1.0], values - values.mean())
     return np.asarray(whole[len(coefficients) - 1 :])
 
 
@@ -92,7 +91,7 @@ def cross_correlations(
         n = len(e)
         r = np.array([e[lag:] @ x[: n - lag] for lag in range(lags + 1)]) / n
         strengths += [(name, lag, float(value)) for lag, value in enumerate(r)]
-    p = 2.0 * stats.norm.sf(np.abs([value for *_, value in strengths]) * np.sqrt(len(e)))
+    p = 2.0 * scipy.stats.norm.sf(np.abs([value for *_, value in strengths]) * np.sqrt(len(e)))
     corrected = holm(np.asarray(p))
     best: dict[str, Correlation] = {}
     for (name, lag, value), p_value in zip(strengths, corrected, strict=True):
@@ -117,7 +116,7 @@ def ljung_box(residual: Array, lags: int = LAGS) -> float:
     n = len(residual)
     r = np.array([e[lag:] @ e[: n - lag] for lag in range(1, lags + 1)]) / n
     q = n * (n + 2) * float(np.sum(r * r / (n - np.arange(1, lags + 1))))
-    return float(stats.chi2.sf(q, lags))
+    return float(scipy.stats.chi2.sf(q, lags))
 
 
 def block_bootstrap(

@@ -19,7 +19,7 @@ from master.text.signal_name import SignalName
 
 from .own_values import not_fitted, of_recording
 from .replayer import Player, ReplayFailure
-from .start_values import Bounds, StartEstimate, by_fit, by_grid, by_steps
+from .start_values import Bounds, StartEstimate, by_fit, by_grid, by_steps, head
 
 
 @dataclass(frozen=True)
@@ -32,6 +32,14 @@ class Segment:
 
     def __len__(self) -> int:
         return self.end - self.begin
+
+
+@dataclass(frozen=True)
+class Estimated:
+    """Values `fmu.variable` that were estimated on the first `rows` samples of a segment."""
+
+    names: tuple[str, ...]
+    rows: int
 
 
 class ReplayBench:
@@ -72,7 +80,8 @@ class ReplayBench:
         self.lengths = {name: len(values) for name, values in compared.items()}
         self.measured = self._joined(compared)
         self.in_use = self._in_use()
-        self._inverses: dict[tuple[Player, Segment], Array | None] = {}
+        self.estimates: dict[Segment, Estimated] = {}
+        self._inverses: dict[tuple[Player, Segment, int], Array | None] = {}
 
     @property
     def name(self) -> str:
@@ -118,6 +127,24 @@ class ReplayBench:
         r = self.recordings[recording]
         return of_recording(values, r.entry or recording, r.given)
 
+    def afresh(self) -> ReplayBench:
+        """Return the same with nothing estimated yet; `estimates` then holds what its own replays look at."""
+        other = copy(self)
+        other.estimates = {}
+        return other
+
+    def looked_at(self) -> Mask:
+        """
+        Rows, shape (rows,), on which values of their recording were estimated: they prove nothing.
+
+        In windows those are all rows; these are not marked, each window being a short replay of its own.
+        """
+        seen = {name: np.zeros(len(r)) for name, r in self.recordings.items()}
+        for s, own in self.estimates.items():
+            if own.rows < len(s):
+                seen[s.recording][s.begin : s.begin + own.rows] = 1.0
+        return np.asarray(self.compared_rows(self._joined(seen)) > 0.0)
+
     def with_inputs(self, change: Callable[[Array], Array]) -> ReplayBench:
         """Return the same with other inputs: `change` takes and returns a table (steps + 1, columns)."""
         other = copy(self)
@@ -138,9 +165,9 @@ class ReplayBench:
         return self._known_starts(player)
 
     def estimated(self, player: Player, values: Values) -> dict[str, float]:
-        """Estimate those start values on the first part of the recording, by `fmu.variable`."""
+        """Estimate those start values, by `fmu.variable`: first guesses of a fit, several on all samples."""
         starts = self.starts_of(player)
-        given = self._with_starts(player, values, self._fitted_segments()[0])
+        given = self._with_starts(player, values, self._fitted_segments()[0], as_guess=True)
         return {key: float(given[SignalName(key).instance][SignalName(key).variable]) for key in starts}
 
     def failure(self, player: Player, values: Values) -> ReplayFailure | None:
@@ -194,17 +221,18 @@ class ReplayBench:
         starts = [SignalName(key) for key in self.starts]
         return [s for s in starts if s.variable in variables.get(s.instance, {})]
 
-    def _with_starts(self, player: Player, values: Values, s: Segment) -> Values:
+    def _with_starts(self, player: Player, values: Values, s: Segment, *, as_guess: bool = False) -> Values:
         """Values with the start values that are to be estimated and are not given."""
         r = self.recordings[s.recording]
         own = [key for key in not_fitted(values, self.own, r.entry or s.recording) if key not in r.given]
         if own:
-            head = StartEstimate(
+            first = StartEstimate(
                 play=lambda v, n: self._play(player, v, s, n)[:, self._places(player)],
                 values=values,
                 target=self.raw[s.recording][s.begin : s.end],
             )
-            values = by_fit(head, {key: self.own[key] for key in own})
+            values = by_fit(first, {key: self.own[key] for key in own})
+            self._note(s, own, head(len(s)))
         given = {f"{fmu}.{name}" for fmu, own in values.items() for name in own}
         is_given = s.recording in self.fitted and not self.is_windowed
         names = [k for k in self._known_starts(player) if not (is_given and k in given)]
@@ -216,12 +244,21 @@ class ReplayBench:
             values=values,
             target=self.raw[s.recording][s.begin : s.end],
         )
+        rows = len(s) if self.is_windowed or as_guess else head(len(s))
+        if not as_guess:
+            self._note(s, names, rows)
         if len(names) == 1 and not self.is_windowed:
             return by_grid(estimate, names[0], self.starts[names[0]])
-        key = (player, s)
-        found = by_steps(estimate, {name: self.starts[name] for name in names}, self._inverses.get(key))
+        key = (player, s, rows)
+        bounds = {name: self.starts[name] for name in names}
+        found = by_steps(estimate, bounds, rows, self._inverses.get(key))
         self._inverses[key] = found.inverse
         return found.values
+
+    def _note(self, s: Segment, names: Sequence[str], rows: int) -> None:
+        """Keep what was estimated on a segment, with what was before."""
+        known = self.estimates.get(s, Estimated((), 0))
+        self.estimates[s] = Estimated(tuple(dict.fromkeys((*known.names, *names))), max(known.rows, rows))
 
     def _play(self, player: Player, values: Values, s: Segment, rows: int | None = None) -> Array:
         """Replay a segment or its first rows; shape (rows, names of the player)."""

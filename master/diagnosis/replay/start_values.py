@@ -13,7 +13,7 @@ from master.diagnosis.case.cut import Values
 from master.diagnosis.numerics.arrays import Array
 from master.text.signal_name import SignalName
 
-HEAD = 0.15  # share of a recording on which one start value is estimated
+HEAD = 0.15  # share of a recording on which values of its own are estimated
 N_GRID = 15  # start values tried between the bounds, before the best is refined
 GRID_TOLERANCE = 1e-5  # of the distance of the bounds
 N_STEPS = 2  # for several start values: the outputs are nearly linear in them, so with the same derivatives
@@ -23,6 +23,11 @@ N_TRIALS = 10  # for parameters, in which the outputs are not linear
 DIVERGED = 1e6  # deviations: what a row is off whose outputs are not finite
 
 Bounds = Mapping[str, tuple[float, float]]
+
+
+def head(n: int) -> int:
+    """Number of rows of the first part of n rows, on which values of their own are estimated."""
+    return max(2, round(HEAD * n))
 
 
 @dataclass(frozen=True)
@@ -64,7 +69,7 @@ class Stepped(NamedTuple):
 def by_grid(estimate: StartEstimate, name: str, bounds: tuple[float, float]) -> Values:
     """Estimate one start value on the first part of a recording."""
     low, high = bounds
-    n = max(2, round(HEAD * len(estimate.target)))
+    n = head(len(estimate.target))
 
     def cost(value: float) -> float:
         left = estimate.residual({name: float(value)}, n)
@@ -83,7 +88,7 @@ def by_fit(estimate: StartEstimate, bounds: Bounds) -> Values:
     """Estimate parameters within their bounds on the first part of a recording."""
     names = list(bounds)
     lows, highs = np.array([bounds[name] for name in names]).T
-    n = max(2, round(HEAD * len(estimate.target)))
+    n = head(len(estimate.target))
 
     def at(u: Array) -> Array:
         return np.asarray(lows + (u - 1.0) * (highs - lows))  # from 1 to 2: steps go with the distance
@@ -98,16 +103,15 @@ def by_fit(estimate: StartEstimate, bounds: Bounds) -> Values:
     return estimate.with_starts(dict(zip(names, at(found.x).tolist(), strict=True)))
 
 
-def by_steps(estimate: StartEstimate, bounds: Bounds, known: Array | None = None) -> Stepped:
+def by_steps(estimate: StartEstimate, bounds: Bounds, n: int, known: Array | None = None) -> Stepped:
     """
-    Estimate start values on a whole segment by Newton steps from the middle of their bounds.
+    Estimate start values on the first n rows of a segment by Newton steps from the middle of their bounds.
 
     `known` is the `inverse` found at other parameters; it serves where a second step with it is next to none.
     """
     names = list(bounds)
     middle = np.array([0.5 * (low + high) for low, high in bounds.values()])
     spans = np.array([high - low for low, high in bounds.values()])
-    n = len(estimate.target)
 
     def residual(x: Array) -> Array:
         return estimate.residual(dict(zip(names, x, strict=True)), n)

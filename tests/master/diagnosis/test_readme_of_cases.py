@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from fmu_sources.export.own_model import load_model
 from fmu_sources.framework.instance import Instance
 from master.diagnosis.case.case import load_case
 from master.diagnosis.data.measured_signals import opened
@@ -35,10 +36,9 @@ def test_the_case_is_one(tmp_path):
     assert recordings["run_1"]["der_q"][N // 2] == pytest.approx(0.04 * np.cos(6.0), abs=1e-6)
 
 
-def test_the_model_is_one():
-    names = {"__package__": "fmu_sources.rigs", "__name__": "fmu_sources.rigs.cart"}
-    exec(compile(block("python"), "cart.py", "exec"), names)
-    cart = Instance(names["MODEL"])
+def test_the_model_is_one(tmp_path):
+    (tmp_path / "cart.py").write_text(block("python"))
+    cart = Instance(load_model(tmp_path / "cart.py"))
     cart["q"] = 0.01
     cart.initialise()
     for k in range(200):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+import subprocess
 import zipfile
 
 import numpy as np
@@ -75,13 +76,29 @@ def test_a_damaged_file_is_a_table_or_a_fault_of_one_line_that_names_it(kind, co
     assert all(text.startswith(f"{path}: ") and len(text.splitlines()) == 1 for text in found)
 
 
-def test_a_mat_file_at_which_scipy_crashes_is_refused(tmp_path, monkeypatch):
+def test_a_mat_file_at_which_scipy_crashes_is_refused_and_the_next_is_read(tmp_path, monkeypatch):
     reader = tmp_path / "crash.py"
     reader.write_text("import os\nos.abort()\n")
-    monkeypatch.setattr(mat_reader, "__file__", str(reader))
     path = whole("mat", tmp_path)
+    mat_reader.end_reader()
+    with monkeypatch.context() as patched:
+        patched.setattr(mat_reader, "__file__", str(reader))
+        assert refusal(path) == f"{path}: cannot be read as a table: its content is damaged"
 
-    assert refusal(path) == f"{path}: cannot be read as a table: its content is damaged"
+    assert refusal(path) is None
+
+
+def test_mat_files_are_read_by_one_process(tmp_path, monkeypatch):
+    path = whole("mat", tmp_path)
+    mat_reader.end_reader()
+    begun = []
+    popen = subprocess.Popen
+    monkeypatch.setattr(
+        subprocess, "Popen", lambda *given, **named: begun.append(given) or popen(*given, **named)
+    )
+
+    assert [refusal(path) for _ in range(3)] == [None] * 3
+    assert len(begun) == 1
 
 
 @pytest.mark.parametrize("kind", ["npz", "mat", "parquet"])

@@ -62,7 +62,10 @@ def diagnosis():
         measured=np.arange(2.0 * N).reshape(N, 2),
         in_use=in_use,
         row_period=0.1,
+        estimates={},
+        looked_at=lambda: np.zeros(N, dtype=bool),
     )
+    bench.afresh = lambda: bench
     part = SimpleNamespace(
         name="box",
         study=SimpleNamespace(bench=bench),
@@ -102,6 +105,21 @@ def test_before_runs_the_old_files_and_after_those_that_are_handed_over(diagnosi
     assert np.array_equal(found.before, found.measured + 1.0)
     assert np.array_equal(found.nominal, found.measured + 2.0)
     assert np.array_equal(found.after, found.measured + 3.0)
+
+
+def test_rows_on_which_a_replay_found_values_of_its_own_are_left_out(diagnosis, monkeypatch):
+    bench = diagnosis.parts[0].study.bench
+    looked_at = np.zeros(N, dtype=bool)
+
+    def run(bench, system, files, values):
+        looked_at[:15] = True  # while it is replayed
+        return before_after.Run(bench.measured, None)
+
+    bench.looked_at = lambda: looked_at
+    monkeypatch.setattr(before_after, "_files", lambda system, part: {"box": "old.fmu"})
+    monkeypatch.setattr(before_after, "_run", run)
+
+    assert sealed(diagnosis, {})["box"].t == pytest.approx([1.5, 1.6])
 
 
 def test_the_seal_is_broken_once(diagnosis, monkeypatch):

@@ -25,7 +25,7 @@ def test_a_valid_case_says_its_rows_parts_and_effects():
     assert found["rows"] == {"run": 4000}
     (part,) = found["parts"]
     assert part["compared"] == ["axis.force"]
-    assert found["rows_of_one_pass"] == (1 + part["effects"]) * found["fit"]
+    assert part["effects"] == 3
     assert found["fit"] + found["select"] < 4000
 
 

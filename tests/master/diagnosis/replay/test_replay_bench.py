@@ -188,6 +188,57 @@ def test_each_recording_has_its_own_value_of_a_parameter_and_one_that_no_fit_see
     assert set(on_head) == {14}
 
 
+class Begun(Decay):
+    """The same, which begins at the sum of two start values, the second three times as heavy."""
+
+    def __init__(self):
+        super().__init__()
+        self.chain[0].description.by_name["y1"] = None
+
+    def play(self, values, data, segment, step, every=1):
+        own = values["box"]
+        both = own.get("y0", 0.0) + 3.0 * own.get("y1", 0.0)
+        return super().play({"box": {"y0": both}}, data, segment, step, every)
+
+
+@pytest.mark.parametrize(("player", "keys"), [(Decay(), ["box.y0"]), (Begun(), ["box.y0", "box.y1"])])
+def test_start_values_of_a_recording_that_no_fit_sees_depend_on_its_head_alone(player, keys):
+    """What is measured after the first 15 % may be anything; those rows are marked, no other."""
+    one = recording("one", 200, np.zeros(200), y0=-0.4)
+    other = replace(one, signals=one.signals | {"y": np.where(np.arange(200) < 30, one["y"], 9.0)})
+    found = [bench([r], starts=dict.fromkeys(keys, (-1.0, 1.0)), fitted=set()).afresh() for r in (one, other)]
+
+    # each output is taken over its deviation, which the rows afterwards change: so only nearly the same
+    first, second = (b.predict(player, {"box": {}}) for b in found)
+
+    assert second == pytest.approx(first, abs=1e-4)
+    for own in found:
+        assert np.flatnonzero(own.looked_at()).tolist() == list(range(30))
+        (estimated,) = own.estimates.values()
+        assert estimated.names == tuple(keys)
+
+
+def test_a_first_guess_of_several_start_values_sees_all_samples_and_a_replay_without_them_the_head():
+    r = recording("r", 200, np.zeros(200), y0=-0.4)
+    own = bench([r], starts=dict.fromkeys(["box.y0", "box.y1"], (-1.0, 1.0)))
+    player = Begun()
+
+    guess = own.estimated(player, {"box": {}})
+    assert guess["box.y0"] + 3.0 * guess["box.y1"] == pytest.approx(-0.4, abs=1e-5)
+    assert not own.looked_at().any()
+    assert own.predict(player, {"box": {}}) == pytest.approx(own.measured, abs=1e-5)
+    assert own.looked_at().sum() == 30
+
+
+def test_rows_on_which_a_recording_found_its_parameter_are_marked_and_those_of_a_bench_afresh_are_not():
+    recordings = [recording(name, 100, np.zeros(100), 1.0) for name in ("one", "sealed")]
+    found = bench(recordings, fitted={"one"}, own={"box.y0": (-10.0, 10.0)})
+    found.predict(Decay(), {"box": {"y0": 0.0, "y0@one": 1.0}})
+
+    assert np.flatnonzero(found.looked_at()).tolist() == list(range(100, 115))
+    assert not found.afresh().looked_at().any()
+
+
 def test_the_nominal_values_hold_in_all_recordings_where_nothing_was_fitted():
     recordings = [recording(name, 100, np.zeros(100), 1.0) for name in ("one", "two")]
     found = bench(recordings, own={"box.y0": (-10.0, 10.0)})

@@ -1,0 +1,95 @@
+"""What a diagnosis will cost is said before it begins."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+from master.cli import main
+from master.diagnosis.case.case import read_case
+from master.diagnosis.judge.checked import check_case
+from master.diagnosis.judge.cost import Cost, PartCost
+from master.diagnosis.judge.diagnose import diagnose
+
+CASES = Path(__file__).parents[4] / "configs" / "measured"
+PART = PartCost(
+    name="axis",
+    channels=2,
+    rows=1000,
+    recordings=1,
+    steps=10_000,
+    substeps=50_000,
+    parameters=3,
+    effects=4,
+    built=3,
+    missing_pairs=2.0,
+    is_software=False,
+)
+REPLAY = 3.5e-3 + 10_000 * 0.3e-6 + 50_000 * 0.1e-6  # s: 11.5 ms
+KNOWN = 4.5 + 2.3 + 2 * 1.45 + 80 * REPLAY + 1.5 + 0.2e-3 * 1000 * 2
+ROUND = 4 * 15 * (3 + 2) * REPLAY + 4 * (0.02 + 9e-6 * 10_000)
+
+
+class BegunError(Exception):
+    """Raised when the first part is replayed."""
+
+
+def test_the_cost_of_a_part_is_that_of_its_replays_pictures_and_models():
+    cost = Cost((PART,), 1.0)
+
+    assert cost.low == pytest.approx(KNOWN)
+    assert cost.seconds == pytest.approx(KNOWN + 9.0 + 1.6 * ROUND + 2.0 * (3 + 2))
+    assert cost.high == pytest.approx(KNOWN + 9.0 + 4.0 * ROUND + 4.0 * (3 + 2))
+
+
+def test_a_machine_of_twice_the_speed_takes_half_the_time():
+    assert Cost((PART,), 2.0).seconds == pytest.approx(0.5 * Cost((PART,), 1.0).seconds)
+
+
+def test_of_several_parts_one_is_searched_and_all_are_judged():
+    alone = Cost((PART,), 1.0)
+    both = Cost((PART, replace(PART, effects=2, built=0, missing_pairs=0.0)), 1.0)
+
+    assert both.seconds - alone.seconds == pytest.approx(KNOWN - 4.5 - 2.3)
+
+
+def test_check_says_it_as_text_and_as_data():
+    case = CASES / "first_case.yaml"
+    found = json.loads(CliRunner().invoke(main, ["check", str(case), "--json"]).stdout)["cost"]
+    text = CliRunner().invoke(main, ["check", str(case)]).stdout
+
+    assert 5.0 < found["low"] < found["seconds"] < found["high"]
+    (part,) = found["parts"]
+    assert (part["effects"], part["steps"], part["substeps"], part["parameters"]) == (3, 4000, 0, 2)
+    assert "a diagnosis takes about " in text
+    assert "3 effects in 1 part, 4000 steps and 0 substeps a replay" in text
+
+
+def test_a_model_that_is_in_no_cache_has_to_be_built(tmp_path, monkeypatch):
+    monkeypatch.setattr("master.diagnosis.judge.cost.cache_folder", lambda: tmp_path)
+    part = check_case(CASES / "first_case.yaml").cost.parts[0]
+    names = ["servo_axis_inverse__friction_coulomb", "servo_axis_inverse__friction_quadratic_damping"]
+    for name in names:
+        (tmp_path / "fmus" / "native" / name).mkdir(parents=True)
+        (tmp_path / "fmus" / "native" / name / f"{name}.fmu").touch()
+
+    assert part.built == 3
+    assert check_case(CASES / "first_case.yaml").cost.parts[0].built == 1
+
+
+def test_a_diagnosis_says_it_once_before_anything_is_replayed():
+    told = []
+
+    def progress(text):
+        if "replay" in text:
+            raise BegunError
+
+    with pytest.raises(BegunError):
+        diagnose(read_case(CASES / "first_case.yaml"), progress, announce=told.append)
+
+    assert len(told) == 1
+    assert told[0].startswith("a diagnosis takes about ")
