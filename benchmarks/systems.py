@@ -14,6 +14,9 @@ from fmu_sources.composed.registry import load, modules
 from fmu_sources.export.native import generate
 from fmu_sources.export.native_flavour import NativeSources, host_binaries, native_sources, pack_native
 from master.api import prepare_to_run
+from master.comparison.cells import Cell
+from master.comparison.methods import all_methods
+from master.comparison.systems import Base, put_method
 from master.experiment.experiment import Experiment
 from master.fmi.description import Kind
 
@@ -33,18 +36,26 @@ class Case:
     spec: Path
 
 
-def docking_loop(fmi_version: str = "2.0") -> Case:
-    """The paper's loop at low frequency: five native FMUs of one FMI version, in the paper's order."""
-    data = yaml.safe_load((PROJECT / "configs" / "low_frequency.yaml").read_text(encoding="utf-8"))
+def docking_loop(fmi_version: str = "2.0", method: str | None = None) -> Case:
+    """
+    The paper's loop at low frequency: five native FMUs of one FMI version, in the paper's order.
+
+    `method`: one of the suite in the place of the paper's compensator.
+    """
+    config = PROJECT / "configs" / "low_frequency.yaml"
+    data = yaml.safe_load(config.read_text(encoding="utf-8"))
     data["fmus"].pop("ideal")
     for choice in ("identifier", "preset"):  # at their defaults; no peer but FMPy can set an enumeration
         data["fmus"]["compensator"]["parameters"].pop(choice)
     data["coupling"]["order"].remove("ideal")
+    if method is not None:
+        put_method(data, Base(config), Cell(), all_methods()[method])
     for given in data["fmus"].values():
         model = given["source"]
         given["source"] = str(build(native_sources(load(model), *modules(model)), fmi_version))
     data = {key: data[key] for key in ("step_size", "fmus", "coupling", "connections")}
-    return write_case("docking_loop" + _suffix(fmi_version), data)
+    name = "docking_loop" if method is None else f"docking_loop_{method}"
+    return write_case(name + _suffix(fmi_version), data)
 
 
 def ring(n: int, link: Link | None = None) -> Case:

@@ -36,8 +36,8 @@ In doubt, -1, size does: what the damping explains within two deviations is damp
                f_e = m_s (w_c^2 e + 2 w_c e') - k e - c e',   e'' = -w_c^2 e - 2 w_c e',   w_c = 1/retro_time
     command    u = s + d_1 v + d_2 a + d_3 j,   a = f_comp/m_s, or a_des where other forces act on the mass,
                exp(advance s)/M(s) = 1 + d_1 s + d_2 s^2 + d_3 s^3 + ...
-               s_cmd = (1 + g) u + h u',   (g, h) by a Kalman filter on s_cmd and s_act after four poles at
-               plant_prefilter w_1
+               s_cmd = u + g u + h u', or u + g s + h s' with the plant's error `parallel`; (g, h) by a
+               Kalman filter on s_cmd and s_act after four poles at plant_prefilter w_1
 
 A sensor lag that is as believed and a contact that is as believed make r exactly 0.
 
@@ -99,6 +99,13 @@ class Contact(IntEnum):
 
     docking = 1
     direct = 2
+
+
+class PlantError(IntEnum):
+    """Where the inverse 1/M of the plant is wrong: (1 + g + h s)/M, or 1/M + g + h s."""
+
+    series = 1
+    parallel = 2
 
 
 PARAMETERS = declare(
@@ -202,6 +209,12 @@ PARAMETERS = declare(
         "s",
         "Standard deviation of the lag of the motion simulator. In doubt 0.01; 0: as believed",
         minimum=0.0,
+    ),
+    choice(
+        "plant_error",
+        PlantError.series,
+        "Inverse of the plant, (1 + g + h s)/M or 1/M + g + h s. In doubt series: all lags are off alike; "
+        "parallel where single coefficients are, or where the motion has several frequencies",
     ),
     parameter(
         "model_error", 0.02, "1", "Share of the signals that no model explains. In doubt 0.02", minimum=0.0
@@ -584,7 +597,12 @@ def _command(x: Any, u: Any, a: Any, known: Prior, p: Any, m: Arithmetic) -> Val
     v = (u.s_des - x.s_des_1) / T + 0.5 * T * a
     j = (a - x.a_1) / T
     to = inverse(p, p.advance)
-    s_cmd = (1.0 + x.g) * (u.s_des + to.d1 * v + to.d2 * a + to.d3 * j) + x.h * (v + to.d1 * a + to.d2 * j)
+    is_parallel = p.plant_error == PlantError.parallel
+    led = u.s_des + to.d1 * v + to.d2 * a + to.d3 * j
+    der_led = v + to.d1 * a + to.d2 * j
+    of_gain = m.where(is_parallel, u.s_des + p.advance * v, led)
+    of_lag = m.where(is_parallel, v + p.advance * a, der_led)
+    s_cmd = led + x.g * of_gain + x.h * of_lag
     share = 1.0 - m.exp(-p.plant_prefilter * known.w_1 * T)
     S_cmd = four_poles(x.S_cmd, s_cmd, share)
     S_act = four_poles(x.S_act, u.s_act, share)
@@ -603,7 +621,8 @@ def _command(x: Any, u: Any, a: Any, known: Prior, p: Any, m: Arithmetic) -> Val
     P_gg = _smaller(x.P_gg + p.slow_stiffness_rate * p.slow_stiffness_rate * T, gain_variance, m)
     P_hh = _smaller(x.P_hh + LATENCY_DRIFT * lag_variance * T, lag_variance, m)
     R = p.encoder_noise * p.encoder_noise + p.model_error * p.model_error * level
-    new = estimated(Estimate(x.g, x.h, P_gg, x.P_gh, P_hh), Regressors(w, der_w), S_cmd[3] - w, R)
+    of_errors = Regressors(m.where(is_parallel, S, w), m.where(is_parallel, der_1, der_w))
+    new = estimated(Estimate(x.g, x.h, P_gg, x.P_gh, P_hh), of_errors, S_cmd[3] - w, R)
     return {
         **{"s_cmd": s_cmd, "s_des_1": u.s_des, "a_1": a, "S_cmd": S_cmd, "S_act": S_act},
         **{"S_1": S, "S_2": x.S_1, "S_3": x.S_2},

@@ -5,18 +5,21 @@ Guard of a docking rig: energy budget and limits; it passes force and command on
     v_ref^2(0) = max(u^2 + |f_mea (s_des - x)|/m_s, least_speed^2)                   at the first instant
     v_ref^2    = max(min(v_ref^2, U), least_speed^2),   U the larger u^2 of the last two half cycles
     gain       = (1 + tolerance) (1 + variation)/(1 - variation)
-    ratio      = u^2/v_ref^2                                                         alarm: ratio > gain
+    ratio      = u^2/v_ref^2             alarm: ratio > max(gain, min(gain U/v_ref^2, slow_limit))
     limits     |s_des| <= largest_displacement,   |s_des - s_act| <= largest_deviation,
                |f_mea| <= largest_force,   |v_des| <= largest_speed                  0: no such limit
 
 A free docking turns energy from the contact into motion and back and loses some: the speed in the middle of a
 swing is at most that of the swing before. A delay of the loop adds energy, whatever its cause. A half cycle
 ends where u has crossed to HYSTERESIS v_ref on the other side, so that noise at a turning point is none;
-of two half cycles the larger counts, so that a drift under the oscillation is no gain.
+of two half cycles the larger counts, so that a drift under the oscillation is no gain. What grows by less
+than `gain` from swing to swing may go on until it has slow_limit times the energy of the least swing; 1.8 is
+1.34 times the amplitude: 1.5^2 less a tenth that comes in one swing and a tenth for a frequency that falls.
+U is v_ref^2(0) before the first half cycle is over.
 
     f_safe     = f_comp,  s_safe = s_cmd                                             before the alarm
     f_safe     = 0,       s_safe(k) = s_safe(k-1) + T w(k),  w(k) = exp(-T/rest_time) w(k-1)      from it on
-                          w = u at the alarm, at most sqrt(gain) v_ref: the command comes to rest
+                          w = u at the alarm, at most what was allowed: the command comes to rest
 
 Inputs   s_des, s_act, s_cmd, x [m], v_des, v [m/s], f_mea, f_comp [N]; x and v are travel and speed of the
          drag mechanism, 0 without one
@@ -46,6 +49,13 @@ PARAMETERS = declare(
     switch("active", True, "The guard watches; else it passes force and command on, whatever happens"),
     parameter("m_s", 820.0, "kg", "Mass of the spacecraft as in its model", above=0.0),
     parameter("tolerance", 0.1, "1", "Share by which the kinetic energy may exceed its budget", above=0.0),
+    parameter(
+        "slow_limit",
+        1.8,
+        "1",
+        "Kinetic energy over its least budget that a slow growth may reach; 1: none",
+        minimum=1.0,
+    ),
     parameter("variation", 0.0, "1", "Share by which stiffness is known to vary", minimum=0.0, maximum=0.9),
     parameter("least_speed", 1e-3, "m/s", "Speed below which nothing is a gain of energy", above=0.0),
     parameter("largest_displacement", 0.0, "m", "Limit of s_des, 0: none", minimum=0.0),
@@ -79,6 +89,7 @@ STATES = declare(
     ),
     sampled(state("energy_ratio", "1", "Kinetic energy over its budget", output=True)),
     sampled(state("budget", "m2/s2", "Squared speed v_ref^2 that the motion may have"), hidden=True),
+    sampled(state("recent", "m2/s2", "Larger squared speed of the last two half cycles"), hidden=True),
     sampled(state("side", "1", "Sign of the speed in this half cycle, 0 before the first"), hidden=True),
     sampled(state("peak", "m2/s2", "Largest squared speed of this half cycle"), hidden=True),
     sampled(state("last_peak", "m2/s2", "Largest squared speed of the half cycle before"), hidden=True),
@@ -135,6 +146,8 @@ class Guard(Model):
         old = m.where(x.has_started > 0.5, x.budget, _larger(at_start, least, m))
         gain = (1.0 + p.tolerance) * (1.0 + p.variation) / (1.0 - p.variation)
         ratio = energy / old
+        recent = m.where(x.has_started > 0.5, x.recent, old)
+        allowed = _larger(gain, _smaller(gain * recent / old, p.slow_limit, m), m)
 
         needed = HYSTERESIS * m.sqrt(old)
         side = m.where(speed > needed, 1.0, m.where(speed < -needed, -1.0, x.side))
@@ -143,7 +156,7 @@ class Guard(Model):
         may_fall = m.both(turns, x.last_peak > 0.0)
         budget = m.where(may_fall, _larger(_smaller(old, of_cycle, m), least, m), old)
 
-        reason = m.where(ratio <= gain, 0.0, ENERGY)
+        reason = m.where(ratio <= allowed, 0.0, ENERGY)
         for size, limit, code in (
             (m.fabs(u.s_des), p.largest_displacement, DISPLACEMENT),
             (m.fabs(u.s_des - u.s_act), p.largest_deviation, DEVIATION),
@@ -154,7 +167,7 @@ class Guard(Model):
         reason = m.where(x.alarm > 0.5, x.reason, m.where(p.active, reason, 0.0))
         is_alarm = reason > 0.0
 
-        fastest = m.sqrt(gain * old)
+        fastest = m.sqrt(allowed * old)
         limited = _larger(_smaller(speed, fastest, m), -fastest, m)
         rate = m.where(x.alarm > 0.5, x.rate * m.exp(-T / p.rest_time), limited)
         return {
@@ -164,6 +177,7 @@ class Guard(Model):
             "reason": reason,
             "energy_ratio": ratio,
             "budget": budget,
+            "recent": m.where(turns, of_cycle, recent),
             "side": side,
             "peak": m.where(turns, energy, _larger(x.peak, energy, m)),
             "last_peak": m.where(turns, x.peak, x.last_peak),

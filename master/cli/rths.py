@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
+from contextlib import closing
 from pathlib import Path
 
 import click
@@ -18,10 +19,11 @@ from master.rths.benchmark import (
     Benchmark,
     Score,
     leagues,
-    score,
+    next_score,
 )
 from master.rths.measures import N_MEASURES
 from master.rths.record import read_record
+from master.runs.kept_runs import KeptRuns
 
 from .common import JSON, answers_errors, print_json, say, show_building
 from .counted import counted_progress
@@ -104,10 +106,10 @@ def rths(
 
 def _scores(task: Benchmark, n_plants: int) -> list[Score]:
     found = []
-    with counted_progress() as bar:
+    with counted_progress() as bar, closing(KeptRuns()) as runs:
         counted = bar.add_task("plants", total=n_plants)
         for seed in range(n_plants):
-            found.append(score(task, seed, show_building))
+            found.append(next_score(runs, task, seed, show_building))
             bar.advance(counted)
     return found
 
@@ -121,6 +123,7 @@ def _as_dict(task: Benchmark, scores: Sequence[Score]) -> dict[str, object]:
         "league": task.league,
         "status": nominal.status,
         "J": nominal.J,
+        "floor": nominal.floor,
         "perturbed": [one.J for one in others],
         "plants": [one.plant for one in others],
     }
@@ -137,7 +140,9 @@ def _table(task: Benchmark, scores: Sequence[Score]) -> str:
     head = "".ljust(10) + "".join(f"J{i}".rjust(9) for i in range(1, N_MEASURES + 1))
     place = f"case {task.case}, {task.record_name}, method {task.method}, league {task.league}"
     title = f"{place}: J1 in ms, others in %"
-    return "\n".join([title, head, *rows])
+    floor = scores[0].floor
+    last = [] if floor is None else [f"the noise of the transducer alone makes a J4 of {floor:.2f} %"]
+    return "\n".join([title, head, *rows, *last])
 
 
 def _row(name: str, one: Score) -> str:

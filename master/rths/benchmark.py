@@ -9,7 +9,8 @@ force too.
 from __future__ import annotations
 
 import copy
-from dataclasses import dataclass
+from contextlib import closing
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -20,14 +21,14 @@ from master.errors import ConfigError
 from master.experiment.experiment import Experiment
 from master.experiment.prepare import Request
 from master.installation import configuration
-from master.stepping.outcome import COMPLETED, RunOptions
-from master.stepping.simulate import simulate
+from master.runs.kept_runs import KeptRuns
+from master.stepping.outcome import COMPLETED
 from master.system.config import Config, LoadedConfig
 from master.system.inputs import Feed, MeasuredInputs, with_first_values
 from master.text.validation import validate
 from master.text.yaml_lines import Document, read_yaml
 
-from .measures import Motions, measures
+from .measures import Motions, measures, spread_of
 from .record import Record
 
 FORCE = "force"
@@ -70,9 +71,14 @@ class Benchmark:
 
 @dataclass(frozen=True)
 class Score:
-    """J1 [ms], J2 to J9 [%], None unless the run completed; parameters of the plant that are not nominal."""
+    """
+    J1 [ms], J2 to J9 [%], None unless the run completed; parameters of the plant that are not nominal.
+
+    `floor`: what the noise of the transducer alone makes of J4 [%].
+    """
 
     J: list[float] | None
+    floor: float | None
     plant: dict[str, float]
     status: str
 
@@ -99,23 +105,30 @@ def score(task: Benchmark, seed: int, progress: Progress = silent) -> Score:
         ConfigError: If the configuration is wrong.
         FmuError: If an FMU fails.
     """
+    with closing(KeptRuns()) as runs:
+        return next_score(runs, task, seed, progress)
+
+
+def next_score(runs: KeptRuns, task: Benchmark, seed: int, progress: Progress = silent) -> Score:
+    """Run a task as `score` does; `runs` keeps the FMUs loaded from one plant to the next."""
     plant = {} if seed == 0 else perturbed(_nominal(task), seed)
     experiment = _prepared(task, plant, seed + 1, progress)
-    system, grid = experiment.system, experiment.grid
-    inputs = _inputs(task, grid.step_size)
-    options = RunOptions(limits=experiment.limits, inputs=inputs)
-    outcome = simulate(with_first_values(system, inputs), experiment.schedule, grid, options=options)
+    step_size = experiment.grid.step_size
+    inputs = _inputs(task, step_size)
+    system = with_first_values(experiment.system, inputs)
+    outcome = runs.run(replace(experiment, system=system, inputs=inputs))
     if outcome.error is not None:
         raise outcome.error
     if outcome.status != COMPLETED:
-        return Score(None, plant, outcome.status)
+        return Score(None, None, plant, outcome.status)
     result = outcome.result
     motions = Motions(
         floors=np.column_stack([result[f"building.x{i}"] for i in (1, 2, 3)]),
         measured=result["sensor.x_mea"],
         reference=np.column_stack([result[f"reference.x{i}"] for i in (1, 2, 3)]),
     )
-    return Score(measures(motions, grid.step_size), plant, outcome.status)
+    floor = spread_of(motions.measured - result["actuator.x"], motions.reference[:, 0])
+    return Score(measures(motions, step_size), floor, plant, outcome.status)
 
 
 def _nominal(task: Benchmark) -> dict[str, float]:

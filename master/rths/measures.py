@@ -16,6 +16,7 @@ Source: Silva, Gomez, Maghareh, Dyke, Spencer, Mech. Syst. Signal Process. 135 (
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -56,15 +57,36 @@ def measures(motions: Motions, step_size: float) -> list[float]:
 
 
 def lag(late: Floats, early: Floats) -> int:
-    """Return the lag with the largest correlation [samples]."""
+    """
+    Return the lag with the largest correlation (Pearson) [samples].
+
+    Sums over what is left after a lag are those of the whole less those of the few samples at one end.
+    """
+    late, early = late - late.mean(), early - early.mean()
     n = len(late)
-    pairs = [(late[i:], early[: n - i]) for i in range(min(LARGEST_LAG + 1, n - 1))]
-    return int(np.argmax([_correlation(a, b) for a, b in pairs]))
+    all_a, all_b = _product(late, late), _product(early, early)
+    best, found = -math.inf, 0
+    for i in range(min(LARGEST_LAG + 1, n - 1)):
+        left = n - i
+        a, b = late[i:], early[:left]
+        sum_a, sum_b = -late[:i].sum(), -early[left:].sum()
+        square_a = all_a - _product(late[:i], late[:i])
+        square_b = all_b - _product(early[left:], early[left:])
+        variances = (square_a - sum_a * sum_a / left) * (square_b - sum_b * sum_b / left)
+        correlation = (_product(a, b) - sum_a * sum_b / left) / math.sqrt(variances)
+        if correlation > best:
+            best, found = correlation, i
+    return found
 
 
 def spread(signal: Floats, reference: Floats) -> float:
     """Return the standard deviation of the difference in terms of that of the reference [%]."""
-    return 100.0 * float(np.std(signal - reference, ddof=1) / np.std(reference, ddof=1))
+    return spread_of(signal - reference, reference)
+
+
+def spread_of(difference: Floats, reference: Floats) -> float:
+    """Return the standard deviation of a difference in terms of that of the reference [%]."""
+    return 100.0 * float(np.std(difference, ddof=1) / np.std(reference, ddof=1))
 
 
 def peak(signal: Floats, reference: Floats) -> float:
@@ -72,16 +94,6 @@ def peak(signal: Floats, reference: Floats) -> float:
     return 100.0 * float(np.max(np.abs(signal - reference)) / np.max(np.abs(reference)))
 
 
-def _correlation(a: Floats, b: Floats) -> float:
-    """
-    Return Pearson's coefficient.
-
-    np.corrcoef copies both, ten times as slow; the threads of a BLAS product take more time than the sum.
-    """
-    a = a - a.mean()
-    b = b - b.mean()
-    return _product(a, b) / float(np.sqrt(_product(a, a) * _product(b, b)))
-
-
 def _product(a: Floats, b: Floats) -> float:
+    """Return the sum of products; the threads of a BLAS product take more time than the sum."""
     return float(np.einsum("i,i", a, b))

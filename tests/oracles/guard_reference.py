@@ -15,6 +15,8 @@ from tests.oracles.reference_experiment import Experiment, time_grid
 T = 1e-3
 TIME = time_grid(250, T)
 M_S, TOLERANCE, VARIATION, LEAST, REST = 900.0, 0.2, 0.05, 2e-3, 0.04
+GAIN = (1.0 + TOLERANCE) * (1.0 + VARIATION) / (1.0 - VARIATION)
+SLOW_LIMIT = 1.6
 HYSTERESIS = 0.1
 
 
@@ -23,14 +25,16 @@ def wave(values: np.ndarray) -> np.ndarray:
     return np.round(values, 9)
 
 
-def budgets(speed: np.ndarray, start: float) -> np.ndarray:
-    """Squared speed allowed at each instant, before its own half cycle is known."""
-    allowed = np.empty_like(speed)
+def budgets(speed: np.ndarray, start: float) -> tuple[np.ndarray, np.ndarray]:
+    """Least budget at each instant, and the squared speed that is allowed then."""
+    least, allowed = np.empty_like(speed), np.empty_like(speed)
     peaks: list[float] = []
     level = max(start, LEAST**2)
     begin, sign = 0, 0.0
     for k, u in enumerate(speed):
-        allowed[k] = level
+        recent = max(peaks[-2:]) if peaks else level
+        least[k] = level
+        allowed[k] = max(GAIN * level, min(GAIN * recent, SLOW_LIMIT * level))
         crossed = np.sign(u) if abs(u) > HYSTERESIS * np.sqrt(level) else sign
         if sign and crossed != sign:
             peaks.append(float(np.max(speed[begin:k] ** 2)))
@@ -38,7 +42,7 @@ def budgets(speed: np.ndarray, start: float) -> np.ndarray:
             if len(peaks) > 1:
                 level = max(min(level, max(peaks[-2:])), LEAST**2)
         sign = crossed
-    return allowed
+    return least, allowed
 
 
 def experiment() -> Experiment:
@@ -62,19 +66,20 @@ def experiment() -> Experiment:
     parameters = {
         "m_s": M_S,
         "tolerance": TOLERANCE,
+        "slow_limit": SLOW_LIMIT,
         "variation": VARIATION,
         "least_speed": LEAST,
         "rest_time": REST,
     }
     speed = inputs["v_des"] - drag
     start = speed[0] ** 2 + abs(inputs["f_mea"][0] * (s_des[0] - x[0])) / M_S
-    allowed = budgets(speed, start)
-    ratio = speed**2 / allowed
-    gain = (1.0 + TOLERANCE) * (1.0 + VARIATION) / (1.0 - VARIATION)
-    first = int(np.argmax(ratio > gain))
+    least, allowed = budgets(speed, start)
+    ratio = speed**2 / least
+    first = int(np.argmax(speed**2 > allowed))
     assert 130 < first < 240
+    assert ratio[first] > 1.1 * GAIN
     after = np.arange(len(TIME)) >= first
-    size = np.sqrt(gain * allowed[first])
+    size = np.sqrt(allowed[first])
     rate = np.clip(speed[first], -size, size) * np.exp(-T / REST * np.arange(len(TIME)))
     s_safe = inputs["s_cmd"].copy()
     for i, k in enumerate(range(first, len(TIME))):

@@ -160,31 +160,57 @@ def test_white_noise_of_the_force_is_measured():
     assert np.sqrt(np.mean(found[1000:])) == pytest.approx(0.5, rel=0.05)
 
 
-@pytest.mark.parametrize("slower", [0.8, 1.2])
-def test_a_motion_simulator_that_is_not_as_believed_is_led_by_what_it_lacks(slower):
-    """The plant is integrated by SciPy, command held: K_p and w_v of 30/slower, 125.7/slower."""
-    K_p, w_v, z = 30.0 / slower, 40.0 * math.pi / slower, 0.8
-    plant = signal.cont2discrete(
-        signal.tf2ss([K_p * w_v**2], [1.0, 2.0 * z * w_v, w_v**2, K_p * w_v**2]), T, "zoh"
-    )
+def tracking_error(numerator, denominator, frequencies, **values):
+    """
+    Move a plant by `robust`, along cosines of one amplitude; give the largest error after 2 s of 4.
+
+    The plant is integrated by SciPy; the command takes effect a period after it is set, held.
+    """
+    plant = signal.cont2discrete(signal.tf2ss(numerator, denominator), T, "zoh")
     A, B, C = plant[0], plant[1][:, 0], plant[2][0]
-    x = np.linalg.solve(np.eye(3) - A, B) * AMPLITUDE
-    line = [AMPLITUDE] * 2
+    x = np.linalg.solve(np.eye(len(A)) - A, B) * AMPLITUDE * len(frequencies)
+    line = [AMPLITUDE * len(frequencies)] * 2
     instance = Instance(load("robust"))
-    for name, value in {**CONTACT, "m_s": STIFFNESS / W**2, "T_f_hat": 0.0}.items():
+    for name, value in {**CONTACT, "m_s": STIFFNESS / W**2, "T_f_hat": 0.0, **values}.items():
         instance[name] = value
     error = []
     for k in range(4000):
-        s = AMPLITUDE * math.cos(W * k * T)
+        waves = [(w, AMPLITUDE * math.cos(w * k * T)) for w in frequencies]
+        s = sum(wave for _, wave in waves)
         instance["s_des"], instance["s_act"], instance["f_mea"] = s, C @ x, -STIFFNESS * (C @ x)
+        instance["a_des"] = -sum(w * w * wave for w, wave in waves)
         if k == 0:
             instance.initialise()
         error.append(C @ x - s)
         instance.step(k * T, T)
         line.append(instance["s_cmd"])
         x = A @ x + B * line.pop(0)
+    return max(np.abs(error[2000:]))
 
-    assert max(np.abs(error[2000:])) < 0.004 * AMPLITUDE
+
+@pytest.mark.parametrize("slower", [0.8, 1.2])
+def test_a_motion_simulator_that_is_not_as_believed_is_led_by_what_it_lacks(slower):
+    """K_p and w_v of 30/slower, 125.7/slower."""
+    K_p, w_v, z = 30.0 / slower, 40.0 * math.pi / slower, 0.8
+
+    error = tracking_error([K_p * w_v**2], [1.0, 2.0 * z * w_v, w_v**2, K_p * w_v**2], [W])
+
+    assert error < 0.004 * AMPLITUDE
+
+
+def test_a_plant_with_one_coefficient_off_is_led_at_two_frequencies_where_its_error_is_parallel():
+    """1/M + 0.02 + 6 ms s: K_p w_v^2 (0.02 + 6 ms s) more in the denominator."""
+    K_p, w_v, z = 30.0, 40.0 * math.pi, 0.8
+    gain = K_p * w_v**2
+    denominator = [1.0, 2.0 * z * w_v, w_v**2 + 0.006 * gain, 1.02 * gain]
+    told = {"uses_a_des": True, "plant_prefilter": 12.0}
+
+    series, parallel = (
+        tracking_error([gain], denominator, [W, 3.0 * W], plant_error=error, **told) for error in (1, 2)
+    )
+
+    assert parallel < 0.01 * AMPLITUDE
+    assert series > 3.0 * parallel
 
 
 def test_with_the_sensor_trusted_nothing_is_kept_to_be_undone():

@@ -83,7 +83,7 @@ def test_a_drift_below_a_swing_is_no_gain():
     assert first_alarm(answers(guard(), n, **swing(n, drift=0.002))) is None
 
 
-@pytest.mark.parametrize("per_cycle", [1.005, 1.02, 1.1, 1.5, 3.0])
+@pytest.mark.parametrize("per_cycle", [1.02, 1.1, 1.5, 3.0])
 def test_a_motion_that_grows_is_caught_before_it_is_1_5_times_as_large(per_cycle):
     growth = math.log(per_cycle) * W / (2.0 * math.pi)
     n = int(math.log(2.0) / growth / T)
@@ -92,6 +92,18 @@ def test_a_motion_that_grows_is_caught_before_it_is_1_5_times_as_large(per_cycle
 
     assert k is not None
     assert math.exp(growth * k * T) < 1.5
+
+
+@pytest.mark.parametrize(("slow_limit", "least", "most"), [(1.0, 1.04, 1.07), (1.8, 1.33, 1.37)])
+def test_a_growth_within_the_tolerance_may_go_on_to_the_slow_limit(slow_limit, least, most):
+    """1 % a cycle: the energy passes 1.1 at 1.049 times the amplitude, 1.8 at 1.342 times."""
+    growth = math.log(1.01) * W / (2.0 * math.pi)
+    n = 33_000
+
+    k = first_alarm(answers(guard(slow_limit=slow_limit), n, stops=True, **swing(n, growth)))
+
+    assert k is not None
+    assert least < math.exp(growth * k * T) < most
 
 
 @pytest.mark.parametrize(("tolerance", "cycles"), [(0.05, 0.25), (0.1, 0.75)])
