@@ -105,6 +105,18 @@ def address_space() -> float:
     return math.inf if limit == resource.RLIM_INFINITY else float(limit)
 
 
+def raise_if_limited(ending: str) -> None:
+    """
+    Take a process that ended by itself for one without memory: linear algebra exits where it has none.
+
+    Raises:
+        MasterError: If the address space is limited; it says how the process ended.
+    """
+    limit = address_space()
+    if not math.isinf(limit):
+        raise MasterError(f"memory: {ending}, got an address space of {limit / 2**20:.0f} MB, {MORE_MEMORY}")
+
+
 _SAID = (
     "cannot allocate memory",
     "cannot apply additional memory",

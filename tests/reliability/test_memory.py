@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import errno
 import json
 import os
@@ -13,9 +14,11 @@ from click.testing import CliRunner
 
 from master.cli.common import JSON, answers_errors
 from master.errors import MasterError
+from master.process import memory
 from master.process.child import done_apart
 from master.process.mailbox import Mailbox
 from master.process.memory import is_of_memory, require_room_for_libraries, room, shared_memory
+from master.process.workers import workers
 from tests.reliability.address_space import COMMANDS, ending
 
 
@@ -76,6 +79,47 @@ def test_libraries_that_have_no_room_are_refused_before_they_end_the_process():
         limited(2**28)
         with pytest.raises(MasterError, match=r"memory: the run has too little, got .* for 384 MB"):
             require_room_for_libraries()
+        return True
+
+    assert done_apart(work)
+
+
+def end_as_linear_algebra_does():
+    ctypes.CDLL(None).exit(1)
+
+
+def test_a_process_that_a_library_ends_where_memory_is_limited_has_the_words_of_too_little(monkeypatch):
+    monkeypatch.setattr(memory, "address_space", lambda: 2.0**31)
+
+    said = (
+        r"memory: the command ended the process, exit status 1, .* got an address space of 2048 MB, expected"
+    )
+    with pytest.raises(MasterError, match=said) as caught:
+        done_apart(end_as_linear_algebra_does)
+
+    assert caught.value.exit_status == 2
+
+
+def test_a_worker_that_a_library_ends_is_no_wait_for_ever_but_words(monkeypatch):
+    monkeypatch.setattr(memory, "address_space", lambda: 2.0**31)
+
+    with (
+        pytest.raises(
+            MasterError, match=r"memory: a process that works for the command ended, got .* 2048 MB"
+        ),
+        workers(1, "fork") as pool,
+    ):
+        pool.submit(end_as_linear_algebra_does).result()
+
+
+def test_workers_without_room_are_refused_before_they_start():
+    def work():
+        limited(2**28)
+        with (
+            pytest.raises(MasterError, match=r"memory: the run has too little, got .* for 384 MB"),
+            workers(1, "fork"),
+        ):
+            pass
         return True
 
     assert done_apart(work)
