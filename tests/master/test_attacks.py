@@ -277,3 +277,20 @@ def test_the_temporary_folder_of_a_command_is_the_users_alone_and_has_no_guessab
     assert stat.S_IMODE(first.stat().st_mode) == 0o700
     assert len({p.name for p in tmp_path.iterdir()}) == 1
     assert len(first.name.removeprefix("dockloop-")) == 12
+
+
+def test_what_python_says_of_a_damaged_archive_is_cut(tmp_path):
+    path = fmu(tmp_path / "m.fmu", VARIABLE.format(name="v", i=1))
+    data = bytearray(path.read_bytes())
+    n_name = struct.Struct("<H").pack(40_000)  # the name in the header reaches over all that follows
+    data[26:28] = n_name
+    path.write_bytes(bytes(data) + bytes(50_000))
+    whole = bytearray(path.read_bytes())
+    end = whole.rindex(b"PK\x05\x06")
+    path.write_bytes(bytes(whole[: end + 20]) + struct.pack("<H", 50_000) + bytes(50_000))
+
+    with pytest.raises(ConfigError) as caught:
+        read_description(path)
+
+    assert len(str(caught.value)) < 1000
+    assert "damaged" in str(caught.value)

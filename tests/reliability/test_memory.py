@@ -7,6 +7,8 @@ import errno
 import json
 import os
 import resource
+import subprocess
+import sys
 
 import click
 import pytest
@@ -82,6 +84,34 @@ def test_libraries_that_have_no_room_are_refused_before_they_end_the_process():
         return True
 
     assert done_apart(work)
+
+
+ALGEBRA_WITHOUT_ROOM = """
+import mmap, os, resource
+from master.process.memory import take_room_of_linear_algebra
+
+resource.setrlimit(resource.RLIMIT_AS, (2**31, 2**31))
+take_room_of_linear_algebra()
+import numpy as np
+from scipy import linalg
+
+a = np.random.default_rng(1).normal(size=(300, 300))
+with open("/proc/self/statm") as file:
+    left = 2**31 - int(file.read().split()[0]) * os.sysconf("SC_PAGE_SIZE")
+taken = mmap.mmap(-1, left - 20 * 2**20)
+print(np.linalg.norm(linalg.qr(a)[0]), np.linalg.norm(a @ a[0]) > 0)
+"""
+
+
+@pytest.mark.long
+def test_linear_algebra_that_has_taken_its_buffers_needs_no_more_room():
+    environment = os.environ | {"OPENBLAS_NUM_THREADS": "1"}
+    words = [sys.executable, "-c", ALGEBRA_WITHOUT_ROOM]
+    done = subprocess.run(words, env=environment, capture_output=True, text=True, timeout=200, check=True)
+
+    norm, has_product = done.stdout.split()
+    assert float(norm) == pytest.approx(300**0.5)
+    assert has_product == "True"
 
 
 def end_as_linear_algebra_does():
