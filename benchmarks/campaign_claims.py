@@ -85,28 +85,34 @@ def _paper(folder: Path, runs: int, **changes: Any) -> Path:
 def equality(runs: int, folder: Path) -> dict[str, Any]:
     """Compare random rows, all signals and metrics, with runs by themselves."""
     import dockloop as dl
+    from master.campaign.fused import FUSED
     from master.campaign.plan import make_plan
     from master.campaign.stepper import Stepper
+    from master.fuse.runs import fused_form
 
     plan = make_plan(_paper(folder, 50 * runs, stop_time=1.0, keep={"metrics": "all", "signals": "all"}))
-    stepper = Stepper(plan)
+    stepper = Stepper(plan, fused_form(plan.base))
     system = dl.load("experiment")
     n_equal = 0
+    n_fused = 0
     for run in np.random.default_rng(1).choice(50 * runs, runs, replace=False).tolist():
         row = stepper.row(run)
+        n_fused += row.made == FUSED
         alone = system.run("cfdc_fmdc", set=plan.varied.settings(plan.values(run)), stop_time=1.0)
         signals = all(np.array_equal(v, alone[n], equal_nan=True) for n, v in row.signals.items())
         metrics = {name: alone.metrics[name] for name in row.numbers}
         n_equal += signals and metrics == row.numbers
-    return {"rows": runs, "equal": n_equal, "signals": len(row.signals)}
+    return {"rows": runs, "equal": n_equal, "fused": n_fused, "signals": len(row.signals)}
 
 
 def memory(runs: int, folder: Path) -> dict[str, Any]:
     """Look at the memory of a process after 500 runs, and at the end."""
     from master.campaign.plan import make_plan
     from master.campaign.stepper import Stepper
+    from master.fuse.runs import fused_form
 
-    stepper = Stepper(make_plan(_paper(folder, runs, stop_time=1.0)))
+    plan = make_plan(_paper(folder, runs, stop_time=1.0))
+    stepper = Stepper(plan, fused_form(plan.base))
     found: dict[str, Any] = {"runs": runs}
     for run in range(runs):
         stepper.row(run)

@@ -25,7 +25,7 @@ MASSES = (500.0, 900.0)
 
 
 def main() -> None:
-    """Measure both and show."""
+    """Measure all and show."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--json", action="store_true")
     parser.add_argument("--runs", type=int, default=20)
@@ -46,7 +46,7 @@ def main() -> None:
 
 
 def _apart(name: str, runs: int, seconds: float) -> dict:
-    """Measure one of the two in a process of its own."""
+    """Measure one of them in a process of its own."""
     command = [sys.executable, __file__, "--part", name, "--runs", str(runs), "--seconds", str(seconds)]
     done = subprocess.run(command, cwd=HERE, capture_output=True, text=True, check=True)
     return json.loads(done.stdout.splitlines()[-1])
@@ -58,11 +58,21 @@ def _masses(runs: int) -> list[float]:
 
 
 def ours(runs: int, seconds: float) -> dict:
-    """Make the runs by a campaign's process."""
+    """Make the runs by a campaign's process, in the fused form."""
+    return {"name": "dockloop sweep", **_campaign(runs, seconds, is_fused=True)}
+
+
+def apart(runs: int, seconds: float) -> dict:
+    """Make the runs by a campaign's process that calls the FMUs."""
+    return {"name": "dockloop sweep, FMUs apart", **_campaign(runs, seconds, is_fused=False)}
+
+
+def _campaign(runs: int, seconds: float, *, is_fused: bool) -> dict:
     from systems import docking_loop
 
     from master.campaign.plan import make_plan
     from master.campaign.stepper import Stepper
+    from master.fuse.runs import fused_form
 
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "campaign.yaml"
@@ -73,12 +83,13 @@ def ours(runs: int, seconds: float) -> dict:
             "keep": {"measures": {"rms": {"rms": "spacecraft.s_des"}}},
         }
         file.write_text(yaml.safe_dump(campaign), encoding="utf-8")
-        stepper = Stepper(make_plan(file))
+        plan = make_plan(file)
+        stepper = Stepper(plan, fused_form(plan.base)) if is_fused else Stepper(plan)
         stepper.row(0)  # loads
         begin = time.process_time()
         numbers = [stepper.row(1 + run).numbers["rms"] for run in range(runs)]
         spent = time.process_time() - begin
-    return {"name": "dockloop sweep", "ms_per_run": 1e3 * spent / runs, "last": numbers[-1]}
+    return {"ms_per_run": 1e3 * spent / runs, "last": numbers[-1]}
 
 
 def fmpy(runs: int, seconds: float) -> dict:
@@ -152,7 +163,7 @@ def _simulated(unpacked: str, mass: float, seconds: float, step: float) -> float
     return float(np.sqrt(np.mean(rows["spacecraft.s_des"] ** 2)))
 
 
-PARTS = {"ours": ours, "fmpy": fmpy, "dask": dask}
+PARTS = {"ours": ours, "apart": apart, "fmpy": fmpy, "dask": dask}
 """What is measured, each in a process of its own."""
 
 

@@ -20,7 +20,6 @@ NOT_MEASURED = [  # Python models and runs alike, whose lines others cover
         "fmu_sources/export/native",
         "fmu_sources/motion_simulator",
         "fmu_sources/rigs",
-        "foreign/test_isolated_fmus.py",
         "foreign/test_sandboxed_fmus.py",
         "fuzz",
         "interop",
@@ -32,7 +31,6 @@ NOT_MEASURED = [  # Python models and runs alike, whose lines others cover
         "reliability",
         "rig",
         "systems/test_analysis.py",
-        "systems/test_loop_of_models.py",
         "systems/test_paper_cases.py",
     )
 ]

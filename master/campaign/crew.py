@@ -18,10 +18,12 @@ from dataclasses import dataclass, field
 from multiprocessing.connection import Connection, Pipe, wait
 from typing import Any
 
+from master.fuse.runs import FusedForm
 from master.process import signals
 from master.process.child import Child
 from master.stepping.machine.compiled import load_plain
 
+from .fused import Fusing
 from .plan import Plan
 from .stepper import CRASHED, TIMED_OUT, Row, Stepper
 
@@ -44,13 +46,18 @@ class Order:
 
 @dataclass
 class _Hand:
-    """A process, what it was given to do, and since when it has been at the first of that."""
+    """
+    A process, what it was given to do, and since when it has been at the first of that.
+
+    `form` is what it was told last of the fused form.
+    """
 
     child: Child
     pipe: Connection
     orders: deque[Order] = field(default_factory=deque)
     since: float = 0.0
     leaves: bool = False
+    form: FusedForm | str | None = None
 
 
 class Crew:
@@ -68,6 +75,7 @@ class Crew:
         self._seconds = 0.0
         self._done = 0
         self._again: deque[Order] = deque()
+        self._fusing = Fusing(plan)
         self._late: deque[Order] = deque()  # killed ones are made last: kills may come in a burst
         load_plain()  # once, for all processes
 
@@ -90,6 +98,7 @@ class Crew:
                 more = self._hand_out(orders)
                 if not more and not any(hand.orders for hand in self._hands):
                     return
+                self._fusing.advance()
                 yield from self._collected()
                 yield None
                 if is_over():
@@ -104,6 +113,7 @@ class Crew:
             hand.child.close()
             hand.pipe.close()
         self._hands.clear()
+        self._fusing.close()
 
     def _hand_out(self, orders: Iterator[Order]) -> bool:
         """Let each process have some runs before it; False where no more are to be had."""
@@ -133,8 +143,10 @@ class Crew:
         if not hand.orders:
             hand.since = time.monotonic()
         hand.orders.append(order)
+        news = None if hand.form is self._fusing.form else self._fusing.form
+        hand.form = self._fusing.form
         with suppress(OSError):  # it has just ended: its pipe says so
-            hand.pipe.send((order.run, order.more))
+            hand.pipe.send((order.run, order.more, news))
 
     def _ahead(self) -> int:
         if self._done == 0:
@@ -230,7 +242,9 @@ def _work(plan: Plan, here: Connection, there: Connection) -> None:
     stepper = Stepper(plan)
     try:
         while True:
-            run, more = there.recv()
+            run, more, form = there.recv()
+            if form is not None:
+                stepper.form = form
             row = stepper.row(run, more)
             there.send((row, stepper.is_spent))
             if stepper.is_spent:

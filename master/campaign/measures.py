@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.integrate import trapezoid
 
 from master.errors import ConfigError, Problem
-from master.evaluation.metrics import compute_metrics
+from master.evaluation.metrics import metrics_on_this_thread
 from master.recording.recorder import Result
 from master.runs.execute import rows_in_memory
 from master.system.config import Compare
@@ -25,13 +25,15 @@ Floats = NDArray[np.float64]
 Function = Callable[[Floats, Mapping[str, Floats]], float]
 
 
-def metrics(result: Result, compare: Compare | None, names: tuple[str, ...]) -> dict[str, float | None]:
-    """Compute metrics by name as `dockloop run` does, from as many rows as it keeps of a long run."""
+def metrics(
+    result: Result, compare: Compare | None, names: tuple[str, ...], n_recorded: int
+) -> dict[str, float | None]:
+    """Compute metrics by name as `dockloop run` does, which keeps rows of `n_recorded` signals."""
     if not names or compare is None:
         return dict.fromkeys(names)
-    every = math.ceil((len(result.time) - 1) / rows_in_memory(result.values.shape[1])) or 1
+    every = math.ceil((len(result.time) - 1) / rows_in_memory(n_recorded)) or 1
     kept = result if every == 1 else replace(result, time=result.time[::every], values=result.values[::every])
-    found = compute_metrics(kept, compare)
+    found = metrics_on_this_thread(kept, compare)
     return {name: found[name] for name in names}
 
 

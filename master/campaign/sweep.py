@@ -22,6 +22,7 @@ from master.recording.whole_file import write_whole
 from .cluster import Cluster
 from .crew import Crew, Order
 from .dataset import RUNS, Dataset, read_columns
+from .fused import FUSED
 from .interval import Interval, Running
 from .page import write_page
 from .plan import DIVERGED_SHARE, Plan
@@ -160,6 +161,7 @@ class _Course:
         self.statuses: Counter[str] = Counter()
         self.wall = 0.0
         self.stepping = 0.0
+        self.made: Counter[str] = Counter()
         self.ended = ""
 
     def run(self) -> None:
@@ -170,6 +172,7 @@ class _Course:
             for row in self.engine.rows(missing, self._is_over):
                 if row is not None and self.dataset.add(row):
                     self._count(row)
+                    self.made[row.made] += 1
                 now = time.monotonic()
                 if now - flushed > max(_FLUSH_SECONDS, _FLUSH_SHARE * (now - began)):
                     self.dataset.flush()
@@ -194,6 +197,8 @@ class _Course:
             ended=self.ended,
             interval=told,
             restarts=getattr(self.engine, "restarts", 0),
+            fused=self.made[FUSED],
+            apart={why: n for why, n in sorted(self.made.items()) if why not in (FUSED, "")},
         )
 
     def _recall(self) -> None:

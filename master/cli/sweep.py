@@ -76,6 +76,10 @@ def _say(found: Swept) -> None:
     if found.interval is not None:
         known = found.interval
         say(f"{known['measure']}: {known['value']:.4g}, interval {known['low']:.4g} to {known['high']:.4g}")
+    if found.fused:
+        say(f"{found.fused} of these runs in the fused form: the system compiled as one, with the same bits")
+    for why, n in found.apart.items():
+        say(f"{n} of them with the FMUs apart: {why}")
     say(f"{found.wall_s:.1f} s, {100 * found.stepping_share:.0f} % of it in stepping")
     say(f"dataset: {found.dataset}")
     if found.page:

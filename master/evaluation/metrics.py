@@ -40,7 +40,6 @@ UNITS = {"frequency": "Hz", "phase_deg": "deg", "frequency_reference": "Hz"}
 """Units of those that have one other than 1."""
 
 
-@np.errstate(over="ignore")
 def compute_metrics(result: Result, compare: Compare) -> Metrics:
     """
     Compute all metrics; None where a signal is not given or nothing oscillates.
@@ -48,7 +47,7 @@ def compute_metrics(result: Result, compare: Compare) -> Metrics:
     On one thread: more would only wait for each other, and might round otherwise.
     """
     with _blas().limit(limits=1):
-        return _computed(result, compare)
+        return metrics_on_this_thread(result, compare)
 
 
 @lru_cache(maxsize=1)
@@ -56,7 +55,9 @@ def _blas() -> ThreadpoolController:
     return ThreadpoolController()
 
 
-def _computed(result: Result, compare: Compare) -> Metrics:
+@np.errstate(over="ignore")
+def metrics_on_this_thread(result: Result, compare: Compare) -> Metrics:
+    """Compute all metrics as `compute_metrics` does, in a process that uses one thread anyway."""
     found: Metrics = dict.fromkeys(NAMES)
     columns = _finite_columns(result, compare)
     signal = columns[compare.signal]

@@ -9,7 +9,8 @@ from __future__ import annotations
 import platform
 import shutil
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -32,6 +33,25 @@ class _Folder:
 
 
 _shared: dict[_Key, _Folder] = {}
+_is_kept = False
+
+
+@contextmanager
+def kept() -> Iterator[None]:
+    """
+    Unpack each FMU once until this ends, although it is not loaded all the time.
+
+    For many runs of FMUs that are known to leave what they were unpacked with as it is.
+    """
+    global _is_kept
+    before, _is_kept = _is_kept, True
+    try:
+        yield
+    finally:
+        _is_kept = before
+        if not _is_kept:
+            for key in [key for key, folder in _shared.items() if not folder.users]:
+                shutil.rmtree(_shared.pop(key).path, ignore_errors=True)
 
 
 def acquire(description: Description, unpack: Unpack) -> str:
@@ -58,7 +78,7 @@ def release(path: str) -> None:
     for key, folder in list(_shared.items()):
         if folder.path == path:
             folder.users -= 1
-            if folder.users:
+            if folder.users or _is_kept:
                 return
             del _shared[key]
     shutil.rmtree(path, ignore_errors=True)

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from importlib.resources import files
 
 from fmu_sources.export.native.codegen import fmi_headers, wrapper_sources
+from master.system.graph import Port
 
 from .c_text import without_functions
 from .layout import Fused, FusedVariable
-from .program_c import TickWriter, number, plan, quoted
+from .program_c import TickWriter, number, plan, quoted, read
 from .refusal import refuse_long_program
 from .start_c import StartWriter
 
@@ -19,6 +21,7 @@ _NOT_OF_A_SYSTEM = (  # the parts of the wrapper that a system has in another fo
     "integrate.h",
     "step.c",
 )
+_OF_FMI = ("access.", "derivative.", "fmi2", "fmi3", "saved_state.", "step.")
 _OF_A_MODEL = (
     "has_fault",
     "are_results_well",
@@ -40,7 +43,29 @@ def sources(fused: Fused, token: str) -> dict[str, bytes]:
     Raises:
         ConfigError: If the program of a tick is too long.
     """
-    texts = _wrapper() | _own()
+    content = {name: text.encode() for name, text in _texts(fused, token).items()} | fmi_headers()
+    return dict(sorted(content.items()))
+
+
+def run_sources(fused: Fused, recorded: Sequence[Port]) -> dict[str, bytes]:
+    """
+    Generate all C files and headers of a library that makes whole runs, without the functions of FMI.
+
+    Args:
+        fused: The system.
+        recorded: Outputs of FMUs, in the order of a row.
+
+    Raises:
+        ConfigError: If the program of a tick is too long.
+    """
+    texts = {n: text for n, text in _texts(fused, "").items() if not n.startswith(_OF_FMI)}
+    texts |= _c_files("c_runs") | {"record.c": _record(fused, recorded), "recorded.h": _recorded(recorded)}
+    return {name: text.encode() for name, text in sorted(texts.items())}
+
+
+def _texts(fused: Fused, token: str) -> dict[str, str]:
+    """All C files and headers but those of FMI itself."""
+    texts = _wrapper() | _c_files("c")
     for model in fused.models:
         texts[f"{model.file}.h"] = model.header
         texts[f"{model.file}.c"] = model.source
@@ -51,8 +76,7 @@ def sources(fused: Fused, token: str) -> dict[str, bytes]:
     texts["model_variables.c"] = _tables(fused)
     texts["memory.h"] = _memory(fused, writer)
     texts["system.c"] = _system(fused, writer)
-    content = {name: text.encode() for name, text in texts.items()} | fmi_headers()
-    return dict(sorted(content.items()))
+    return texts
 
 
 def _wrapper() -> dict[str, str]:
@@ -70,8 +94,8 @@ def _once(text: str, old: str, new: str) -> str:
     return text.replace(old, new)
 
 
-def _own() -> dict[str, str]:
-    folder = files("master.fuse") / "c"
+def _c_files(name: str) -> dict[str, str]:
+    folder = files("master.fuse") / name
     return {p.name: p.read_text(encoding="utf-8") for p in folder.iterdir() if p.name.endswith((".c", ".h"))}
 
 
@@ -196,6 +220,20 @@ def _system(fused: Fused, writer: TickWriter) -> str:
     lines += [*StartWriter(fused).lines(), ""]
     lines += [*writer.steps(), *writer.tick()]
     return "\n".join(lines) + "\n"
+
+
+def _recorded(recorded: Sequence[Port]) -> str:
+    return f"#define N_RECORDED {len(recorded)}\n"
+
+
+def _record(fused: Fused, recorded: Sequence[Port]) -> str:
+    """Write `record.c`."""
+    lines = ['#include "runs.h"', "", '#include "schedule.h"', ""]
+    lines += ["void system_record(const Memory *memory, double *row) {", "    (void)memory, (void)row;"]
+    for i, port in enumerate(recorded):
+        cell = f"memory->{fused.inners[port.instance].member}.now.values[{port.variable.reference}]"
+        lines.append(f"    row[{i}] = {read(cell, port.variable.value_type)};")
+    return "\n".join([*lines, "}"]) + "\n"
 
 
 def _comment(text: str) -> str:

@@ -36,8 +36,8 @@ def make_limit_monitor(
         thresholds: See `LimitMonitor`.
     """
     names = [p.name for p in ports]
-    bounds = [min(limits.get(p.name, MOST_EXACT if _may_be_rounded(p) else LARGEST), LARGEST) for p in ports]
-    ends = [p.name in limits or (p.name in used and not _may_be_rounded(p)) for p in ports]
+    bounds = [largest_magnitude(p, limits) for p in ports]
+    ends = [ends_a_run(p, limits, used) for p in ports]
     return LimitMonitor(
         record=np.array([program.place[n] for n in names], dtype=np.int64),
         limits=np.array(bounds, dtype=np.float64),
@@ -46,6 +46,16 @@ def make_limit_monitor(
         triggers=triggers,
         thresholds=thresholds,
     )
+
+
+def largest_magnitude(port: Port, limits: Mapping[str, float]) -> float:
+    """Return the largest magnitude that a recorded signal may have."""
+    return min(limits.get(port.name, MOST_EXACT if _may_be_rounded(port) else LARGEST), LARGEST)
+
+
+def ends_a_run(port: Port, limits: Collection[str], used: Collection[str]) -> bool:
+    """Whether a run ends where a recorded signal is beyond its largest magnitude."""
+    return port.name in limits or (port.name in used and not _may_be_rounded(port))
 
 
 def used_signals(

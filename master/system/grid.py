@@ -6,10 +6,12 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import lru_cache
 
 SHARE_OF_A_TICK = Fraction(1, 10**6)  # what is nearer to a tick is meant to be it
 
 
+@lru_cache(maxsize=64)
 def ticks_between(begin: float, end: float, step_size: float) -> Fraction:
     """
     Number of steps from one time to another [s], without a rounding.

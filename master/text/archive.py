@@ -15,7 +15,7 @@ import tempfile
 import zipfile
 import zlib
 from collections.abc import Callable, Iterable, Iterator
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 from types import TracebackType
 
 _METHODS = {
@@ -190,7 +190,7 @@ class Archive:
             if fault is not None:
                 faults.append(f"member {info.filename!r}: {fault}, expected a name inside the archive")
             elif not name.endswith("/"):
-                plain = PurePosixPath(name).as_posix()  # some tools write `./` before each name
+                plain = "/".join(_parts(name))  # some tools write `./` before each name
                 other = self._members.setdefault(plain, info)
                 if isinstance(other, zipfile.ZipInfo) and other.CRC != info.CRC:
                     self._ambiguous.add(plain)
@@ -226,9 +226,13 @@ class Archive:
             )
 
 
+def _parts(name: str) -> list[str]:
+    return [part for part in name.split("/") if part not in ("", ".")]
+
+
 def _name_fault(name: str) -> str | None:
     """Say what is wrong with a member's name (with forward slashes)."""
-    parts = PurePosixPath(name).parts
+    parts = _parts(name)
     if name.startswith("/") or ":" in name.partition("/")[0]:
         return "an absolute name"
     if ".." in parts:
@@ -245,7 +249,12 @@ def _link_fault(info: zipfile.ZipInfo) -> str | None:
 
 def _files_as_folders(names: Iterable[str]) -> list[str]:
     """Files that are folders of other files."""
-    folders = {parent.as_posix() for name in names for parent in PurePosixPath(name).parents}
+    folders: set[str] = set()
+    for name in names:
+        folder = name.rpartition("/")[0]
+        while folder and folder not in folders:
+            folders.add(folder)
+            folder = folder.rpartition("/")[0]
     return sorted(folders & set(names))
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
@@ -24,21 +25,29 @@ def blocks(path: Path) -> list[Block]:
     return [Block(*found) for found in _BLOCK.findall(path.read_text(encoding="utf-8"))]
 
 
-def follow(path: Path, folder: Path) -> None:
-    """Run every block; a program whose first line is a comment with the name of a file is saved as that."""
+Run = Callable[..., "subprocess.CompletedProcess[str]"]
+
+
+def follow(path: Path, folder: Path, run: Run | None = None) -> None:
+    """
+    Run every block; a program whose first line is a comment with the name of a file is saved as that.
+
+    `run` runs a program, "python" or "dockloop", and its arguments in the folder: by default those of this
+    environment.
+    """
     for block in blocks(path):
         named = _FILE.match(block.text)
         if named is not None:
             (folder / named[1]).write_text(block.text, encoding="utf-8")
-        elif block.language == "python":
-            _run([sys.executable, "-c", block.text], folder)
-        else:
-            for line in filter(None, block.text.splitlines()):
-                program, *words = line.split()
-                assert program == "dockloop", line
-                _run([sys.executable, "-m", "master", *words], folder)
+            continue
+        lines = filter(None, block.text.splitlines())
+        commands = [["python", "-c", block.text]] if block.language == "python" else map(str.split, lines)
+        for program, *arguments in commands:
+            assert program in ("python", "dockloop"), program
+            done = run(program, *arguments) if run else _run_here(folder, program, *arguments)
+            assert done.returncode == 0, f"{arguments}: {done.stdout}{done.stderr}"
 
 
-def _run(command: list[str], folder: Path) -> None:
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, f"{command[2:]}: {done.stdout}{done.stderr}"
+def _run_here(folder: Path, program: str, *arguments: str) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, *([] if program == "python" else ["-m", "master"]), *arguments]
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)

@@ -114,9 +114,9 @@ def test_every_tutorial_has_blocks_and_is_in_the_navigation():
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("path", [*TUTORIALS, DOCS / "delays.md"], ids=lambda p: p.stem)
-def test_a_page_runs_word_by_word_in_an_empty_folder(path, tmp_path):
-    follow(path, tmp_path)
+def test_the_page_on_delays_runs_word_by_word_in_an_empty_folder(tmp_path):
+    """The tutorials: `tests/installed/test_wheel.py`."""
+    follow(DOCS / "delays.md", tmp_path)
 
 
 def test_the_keys_of_the_page_on_isolation_are_those_of_a_system():

@@ -1,20 +1,21 @@
-"""The paper's loop stepped on the models alone: no FMU, no master."""
+"""The paper's loop stepped by hand on the FMUs of the release, through FMPy: no master."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from enum import Enum
+from functools import cache
+from tempfile import TemporaryDirectory
+from typing import Any
 
 import numpy as np
+from fmpy import extract, read_model_description
+from fmpy.fmi2 import FMU2Slave
+from fmpy.model_description import ModelDescription
 from scipy.optimize import least_squares
 
-from fmu_sources.compensator.compensator import MODEL as COMPENSATOR
-from fmu_sources.docking_contact.docking_contact import MODEL as CONTACT
-from fmu_sources.force_sensor.force_sensor import MODEL as SENSOR
-from fmu_sources.framework.instance import Instance
-from fmu_sources.motion_simulator.motion_simulator_linear import MODEL as SIMULATOR
-from fmu_sources.real_docking.real_docking import MODEL as REAL
-from fmu_sources.spacecraft.spacecraft import MODEL as SPACECRAFT
+from tests.conftest import PROJECT
 
 T = 1e-3
 
@@ -50,25 +51,66 @@ def compensation(case: str, *parts: str, **more) -> dict:
     return OFF | dict.fromkeys(wanted, True) | more
 
 
-def instance(model, **values) -> Instance:
-    """Make an instance with values set."""
-    made = Instance(model)
-    for name, value in values.items():
-        made[name] = value
-    return made
+class Subsystem:
+    """An FMU of the release; variables are set and read by name, SI."""
+
+    def __init__(self, name: str, **values: Any) -> None:
+        description, folder = _unpacked(name)
+        self._variables = {v.name: v for v in description.modelVariables}
+        self._fmu = FMU2Slave(
+            guid=description.guid,
+            modelIdentifier=description.coSimulation.modelIdentifier,
+            unzipDirectory=folder.name,
+            instanceName=name,
+        )
+        self._fmu.instantiate()
+        self._fmu.setupExperiment(startTime=0.0)
+        self._fmu.enterInitializationMode()
+        for variable, value in values.items():
+            self[variable] = value
+
+    def __setitem__(self, name: str, value: Any) -> None:
+        v = self._variables[name]
+        number = value.value if isinstance(value, Enum) else value
+        kind = "Integer" if v.type == "Enumeration" else v.type
+        getattr(self._fmu, f"set{kind}")([v.valueReference], [number])
+
+    def __getitem__(self, name: str) -> float:
+        [value] = self._fmu.getReal([self._variables[name].valueReference])
+        return value
+
+    def initialise(self) -> None:
+        """End the initialisation; outputs can be read before as well."""
+        self._fmu.exitInitializationMode()
+
+    def step(self, t: float, h: float) -> None:
+        """Step from t to t + h [s]."""
+        self._fmu.doStep(t, h)
+
+    def close(self) -> None:
+        """Free the instance."""
+        self._fmu.terminate()
+        self._fmu.freeInstance()
+
+
+@cache
+def _unpacked(name: str) -> tuple[ModelDescription, TemporaryDirectory[str]]:
+    path, folder = str(PROJECT / "fmus" / f"{name}.fmu"), TemporaryDirectory()
+    extract(path, folder.name)
+    return read_model_description(path), folder
 
 
 def run(case: str, stop: float, switches: dict, *, amplitude: float = 0.0, **sensor) -> np.ndarray:
-    """Step the loop; give s_des, s_act and the s of the real docking [m], shape (n + 1, 3)."""
+    """Step the loop; return s_des, s_act and the s of the real docking [m], shape (n + 1, 3)."""
     c = CASES[case]
     sensor = {"T_f": c.T_f, "sigma": 0.0316} | sensor
     lead = {"dpdc_phase": math.radians(c.lag), "dpdc_frequency": c.frequency}
-    compensator = instance(COMPENSATOR, **c.contact, **lead, **switches)
-    spacecraft = instance(SPACECRAFT, m_s=c.m_s, s_des=c.s0)
-    simulator = instance(SIMULATOR, s_act=c.s0, s_cmd=c.s0)
-    contact = instance(CONTACT, **c.contact, k_p_amplitude=amplitude, s_act=c.s0)
-    force_sensor = instance(SENSOR, **sensor)
-    real = instance(REAL, m_s=c.m_s, s=c.s0, **c.contact, k_p_amplitude=amplitude)
+    compensator = Subsystem("compensator", **c.contact, **lead, **switches)
+    spacecraft = Subsystem("spacecraft", m_s=c.m_s, s_des=c.s0)
+    simulator = Subsystem("motion_simulator_linear", s_act=c.s0, s_cmd=c.s0)
+    contact = Subsystem("docking_contact", **c.contact, k_p_amplitude=amplitude, s_act=c.s0)
+    force_sensor = Subsystem("force_sensor", **sensor)
+    real = Subsystem("real_docking", m_s=c.m_s, s=c.s0, **c.contact, k_p_amplitude=amplitude)
     for one in (spacecraft, simulator, contact, real):
         one.initialise()
     force_sensor["f_act"] = contact["f_act"]
@@ -91,6 +133,8 @@ def run(case: str, stop: float, switches: dict, *, amplitude: float = 0.0, **sen
         rows.append((spacecraft["s_des"], simulator["s_act"], real["s"]))
         if abs(rows[-1][0]) > 1e3:
             break
+    for one in (compensator, spacecraft, simulator, contact, force_sensor, real):
+        one.close()
     return np.array(rows)
 
 

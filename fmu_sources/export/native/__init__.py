@@ -6,13 +6,16 @@ import importlib.util
 from collections.abc import Mapping
 
 from ...framework.model import Model
-from .compile import compile_host, compile_release
+from .compile import CODE_FLAGS, Compilation, begin_host, compile_host, compile_release
 from .errors import MissingToolError, NativeBuildError
 from .platforms import host_folders, of_version
 
 __all__ = [
+    "CODE_FLAGS",
+    "Compilation",
     "MissingToolError",
     "NativeBuildError",
+    "begin_host",
     "build_description",
     "c_files",
     "compile_host",

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import importlib.util
+import os
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import closing
 from pathlib import Path
 
 from .errors import MissingToolError, NativeBuildError
@@ -22,14 +25,21 @@ CODE_FLAGS = (
     "-ffp-contract=off",  # no fused multiply-add: equal bits on every platform
     "-fno-math-errno",
 )
+_MESSAGES = "messages.txt"  # of the compiler
 FLAGS = (*CODE_FLAGS, "-fvisibility=hidden", "-fPIC", "-shared", "-s")
 
 
 def compile_host(sources: Mapping[str, bytes], model_identifier: str) -> bytes:
     """Compile for this machine, with `cc` when it has one, else with zig."""
-    compiler = [shutil.which("cc") or ""] if shutil.which("cc") else _zig()
-    name = model_identifier + host().ending
-    return _compile(sources, [*compiler, *FLAGS], name, host().link_flags)
+    with closing(begin_host(sources, model_identifier)) as compilation:
+        return compilation.library()
+
+
+def begin_host(sources: Mapping[str, bytes], model_identifier: str) -> Compilation:
+    """Begin what `compile_host` does."""
+    cc = shutil.which("cc")
+    compiler = _zig() if cc is None else [cc]
+    return Compilation(sources, [*compiler, *FLAGS], model_identifier + host().ending, host().link_flags)
 
 
 def compile_release(sources: Mapping[str, bytes], model_identifier: str) -> dict[str, bytes]:
@@ -69,15 +79,55 @@ def _zig() -> list[str]:
     return [sys.executable, "-m", "ziglang", "cc"]
 
 
-def _compile(sources: Mapping[str, bytes], command: Sequence[str], name: str, extra: Sequence[str]) -> bytes:
-    """Compile in a folder of its own, named relatively so that no path gets into the binary."""
-    with tempfile.TemporaryDirectory() as folder:
+class Compilation:
+    """A compiler at work on a library, in a folder of its own: no path gets into the binary."""
+
+    def __init__(
+        self, sources: Mapping[str, bytes], command: Sequence[str], name: str, extra: Sequence[str]
+    ) -> None:
+        self._name = name
+        self._folder = tempfile.TemporaryDirectory()
         for file, content in sources.items():
-            (Path(folder) / file).write_bytes(content)
+            (Path(self._folder.name) / file).write_bytes(content)
         c_files = sorted(file for file in sources if file.endswith(".c"))
-        done = subprocess.run(
-            [*command, "-o", name, *c_files, *extra], cwd=folder, capture_output=True, text=True, check=False
-        )
-        if done.returncode != 0:
-            raise NativeBuildError(f"native build of {name}: the compiler failed:\n{done.stderr[-4000:]}")
-        return (Path(folder) / name).read_bytes()
+        with (Path(self._folder.name) / _MESSAGES).open("wb") as said:
+            self._process = subprocess.Popen(
+                [*command, "-o", name, *c_files, *extra],
+                cwd=self._folder.name,
+                stdin=subprocess.DEVNULL,
+                stdout=said,
+                stderr=said,
+                start_new_session=True,  # so that all that a compiler starts ends with it
+            )
+
+    def is_done(self) -> bool:
+        """Whether the compiler has ended."""
+        return self._process.poll() is not None
+
+    def library(self) -> bytes:
+        """
+        Return the library, once the compiler has ended.
+
+        Raises:
+            NativeBuildError: If the compiler fails.
+        """
+        folder = Path(self._folder.name)
+        if self._process.wait() != 0:
+            said = (folder / _MESSAGES).read_text(encoding="utf-8", errors="replace")
+            raise NativeBuildError(f"native build of {self._name}: the compiler failed:\n{said[-4000:]}")
+        return (folder / self._name).read_bytes()
+
+    def close(self) -> None:
+        """End the compiler if it is at work still, and remove its folder."""
+        if not self.is_done():
+            if sys.platform == "win32":
+                self._process.kill()
+            else:
+                os.killpg(self._process.pid, signal.SIGKILL)
+            self._process.wait()
+        self._folder.cleanup()
+
+
+def _compile(sources: Mapping[str, bytes], command: Sequence[str], name: str, extra: Sequence[str]) -> bytes:
+    with closing(Compilation(sources, command, name, extra)) as compilation:
+        return compilation.library()

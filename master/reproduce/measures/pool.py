@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import as_completed
 from concurrent.futures.process import BrokenProcessPool
 
+from master.fmi import unpacked
 from master.process.workers import workers
 
 from .runs import Recording, Run, Wanted, experiment_of, perform
@@ -69,7 +70,8 @@ def perform_all(wishes: Wishes, progress: Progress, processes: int | None = None
 
 def perform_part(wishes: Wishes) -> Recordings:
     """Make some runs in this process."""
-    return {run: perform(run, wanted) for run, wanted in wishes.items()}
+    with unpacked.kept():
+        return {run: perform(run, wanted) for run, wanted in wishes.items()}
 
 
 def _one_by_one(parts: Iterable[Wishes], progress: Progress) -> Recordings:

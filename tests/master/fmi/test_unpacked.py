@@ -40,6 +40,24 @@ def test_instances_of_one_fmu_share_a_folder_until_the_last_is_gone(described, u
     assert not Path(first).exists()
 
 
+def test_a_folder_that_is_kept_serves_the_next_runs_and_goes_at_the_end(described, unpack):
+    with unpacked.kept():
+        first = unpacked.acquire(described, unpack)
+        unpacked.release(first)
+        assert unpacked.acquire(described, unpack) == first
+        unpacked.release(first)
+        assert Path(first).is_dir()
+    assert not Path(first).exists()
+
+
+def test_a_folder_that_is_in_use_outlasts_the_keeping(described, unpack):
+    with unpacked.kept():
+        first = unpacked.acquire(described, unpack)
+    assert Path(first).is_dir()
+    unpacked.release(first)
+    assert not Path(first).exists()
+
+
 def test_a_file_that_has_changed_is_another_fmu(described, unpack):
     first = unpacked.acquire(described, unpack)
     described.path.write_bytes(described.path.read_bytes() + b" ")

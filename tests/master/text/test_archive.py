@@ -109,6 +109,9 @@ def test_a_member_that_is_there_twice_is_refused_where_the_contents_differ(tmp_p
 
 def test_a_file_that_is_a_folder_too_is_refused(tmp_path):
     assert fault(packed(tmp_path, {"b": "one", "b/c.txt": "two"})) == "member 'b': a file and a folder"
+    assert fault(packed(tmp_path, {"a/./b": "one", "a//b/c/d.txt": "two"})) == (
+        "member 'a/b': a file and a folder"
+    )
 
 
 def test_an_encrypted_member_is_refused_by_name(tmp_path):

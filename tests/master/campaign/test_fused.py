@@ -1,0 +1,134 @@
+"""A campaign whose system is compiled as one has the rows of one whose FMUs are apart, or says why not."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+
+import numpy as np
+import pyarrow.dataset as pads
+import pytest
+import yaml
+
+from master.campaign import fused, stepper
+from master.campaign.fused import FUSED, Fusing
+from master.campaign.plan import make_plan
+from master.campaign.stepper import Stepper
+from master.campaign.sweep import sweep
+from master.fuse.runs import fused_form
+from tests.master.fuse.systems import MEMBERS, loop
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(not sys.platform.startswith("linux"), reason="runs are not forked here"),
+]
+
+OTHERS = {"wall_s", "stepping_s"}
+
+
+@pytest.fixture
+def plan(tmp_path):
+    """Plan runs of a loop of four FMUs: some pass a limit, some are refused by an FMU."""
+    system = loop(MEMBERS, stop=0.3)
+    system["compare"] = {"signal": "spacecraft.s_des", "reproduced": "motion_simulator.s_act", "offset": 0.01}
+    system["limits"] = {"motion_simulator.v_act": 0.1}
+
+    def planned(vary, of_system=None, **more):
+        (tmp_path / "system.yaml").write_text(yaml.safe_dump(system | (of_system or {})))
+        campaign = {
+            "system": "system.yaml",
+            "vary": vary,
+            "keep": {
+                "metrics": "all",
+                "measures": {"work": {"energy": "contact.f_act", "with": "contact.x"}},
+            },
+        }
+        path = tmp_path / "campaign.yaml"
+        path.write_text(yaml.safe_dump(campaign | more))
+        return make_plan(path)
+
+    return planned
+
+
+VARY = {
+    "spacecraft.m_s": {"values": [820.0, 300.0, 0.0, 75.0, 500.0, 900.0]},
+    "contact.k_p": {"values": [37900.0, 90000.0]},
+}
+
+
+def told(row):
+    return row.status, row.message, row.t_end, row.steps, dict(row.numbers)
+
+
+@pytest.mark.parametrize("signals", [{"contact.f_act": 7}, "all"], ids=["some", "all"])
+def test_rows_of_the_fused_form_are_those_of_the_fmus_to_the_bit_and_word(plan, signals):
+    planned = plan(VARY, keep={"metrics": "all", "measures": {"y": {"rms": "contact.x"}}, "signals": signals})
+    runs = range(planned.sample.n_runs)
+    apart = [Stepper(planned).row(run) for run in runs]
+    stepper_of_form = Stepper(planned, fused_form(planned.base))
+    rows = [stepper_of_form.row(run) for run in runs]
+
+    assert {row.status for row in apart} == {"completed", "diverged", "failed"}
+    assert [told(row) for row in rows] == [told(row) for row in apart]
+    for one, other in zip(rows, apart, strict=True):
+        assert list(one.signals) == list(other.signals)
+        assert all(one.signals[n].tobytes() == other.signals[n].tobytes() for n in one.signals)
+    assert rows[0].made == stepper.FIRST
+    assert {row.made for row in rows[1:] if row.status != "failed"} == {FUSED}
+    assert {row.made for row in rows if row.status == "failed"} == {stepper.REFUSED}
+    assert any(row.status == "diverged" and 10 < row.steps < 290 for row in rows)
+
+
+def test_a_campaign_says_how_many_runs_were_fused_and_its_dataset_is_the_same(plan, tmp_path, monkeypatch):
+    planned = plan({"spacecraft.m_s": {"linspace": [300.0, 900.0, 40]}})
+    few = sweep(planned, tmp_path / "apart", 1, page=False)
+    fused_form(planned.base)
+    monkeypatch.setattr(fused, "_LOOK", 0.0)
+    found = sweep(planned, tmp_path / "fused", 1, page=False)
+    tables = [
+        pads.dataset(tmp_path / name / "runs").to_table().sort_by("run").drop_columns(list(OTHERS))
+        for name in ("apart", "fused")
+    ]
+
+    assert (few.fused, few.apart) == (0, {fused.NOT_YET: 1, fused.TOO_FEW: 39})
+    assert found.fused >= 30
+    assert found.fused + sum(found.apart.values()) == 40
+    assert set(found.apart) <= {fused.NOT_YET, stepper.FIRST}
+    assert tables[0].equals(tables[1])
+
+
+def test_a_form_with_other_bits_makes_no_run(plan):
+    planned = plan({"spacecraft.m_s": {"values": [820.0, 300.0, 500.0]}})
+    form = fused_form(planned.base)
+    place = form.places["contact.k_m"]
+    form.start[place] = np.nextafter(form.start[place], np.inf)  # as a compiler that rounds otherwise
+    wrong = Stepper(planned, form)
+    right = Stepper(planned)
+    made = [wrong.row(run) for run in range(3)]
+
+    assert [row.made for row in made] == [stepper.FIRST, stepper.NOT_EXACT, stepper.NOT_EXACT]
+    assert [told(row) for row in made] == [told(right.row(run)) for run in range(3)]
+
+
+def reason(planned):
+    fusing = Fusing(planned)
+    fusing.advance()
+    fusing.close()
+    return fusing.form
+
+
+def test_what_keeps_a_campaign_from_the_fused_form_is_said(plan, monkeypatch):
+    many = {"design": {"method": "random", "size": 100_000}}
+    order = {"coupling.order": {"choice": [MEMBERS, [MEMBERS]]}}
+    mass = {"spacecraft.m_s": {"uniform": [300.0, 900.0]}}
+
+    assert reason(plan(order, **many)) == "coupling.order changes the system itself"
+    assert reason(plan(mass, design={"method": "random", "size": 10})) == fused.TOO_FEW
+    guarded = plan(mass, {"stop_when": "spacecraft.v_des > 0.1"}, **many)
+    assert reason(guarded) == "stop_when ends runs"
+    eventful = plan(mass, {"events": [{"at": 0.1, "set": {"force_sensor.sigma": 0.1}}]}, **many)
+    assert reason(eventful).startswith("events: a system as one FMU has no events")
+    monkeypatch.setattr(shutil, "which", lambda name: None)
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    monkeypatch.setattr("master.fuse.runs.Draft.is_compiled", False)
+    assert reason(plan(mass, **many)).startswith("native build: ziglang is not installed")
