@@ -24,6 +24,7 @@ def main() -> None:
     from .process import memory, signals
 
     signals.end_at_once()
+    sys.unraisablehook = _unraisable
     from .process import temporary
 
     try:
@@ -47,6 +48,14 @@ def main() -> None:
         temporary.remove()
         signals.end_as_the_system_does()
         signals.exit_if_unheeded()
+
+
+def _unraisable(said: "sys.UnraisableHookArgs") -> None:
+    """Leave out what a library cannot raise for want of memory: the command's own words follow."""
+    from .process import memory
+
+    if said.exc_type is not MemoryError and not (said.exc_value and memory.is_of_memory(said.exc_value)):
+        sys.__unraisablehook__(said)
 
 
 def _give_matplotlib_a_place() -> None:

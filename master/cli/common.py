@@ -15,7 +15,7 @@ import click
 from master.catalogue import FLAVOURS
 from master.errors import EXIT_INPUT, ConfigError, FmuError, MasterError
 from master.process.child import done_apart
-from master.process.memory import TOO_LITTLE_MEMORY, is_of_memory
+from master.process.memory import TOO_LITTLE_MEMORY, is_of_memory, take_room_of_linear_algebra
 from master.text.printable import printable
 
 CONFIG = click.argument("config", type=click.Path(path_type=Path))
@@ -125,6 +125,7 @@ def _texts_of(command: Callable[..., None], arguments: tuple[Any, ...], options:
     global _collected
     _collected = []
     try:
+        take_room_of_linear_algebra()
         command(*arguments, **options)
         return _collected
     finally:

@@ -12,6 +12,7 @@ from typing import Any
 from master.errors import FmuError
 from master.process import position
 from master.process.child import do_last
+from master.process.memory import is_of_memory
 from master.process.surroundings import restore_working_folder, working_folder
 
 from . import messages, unpacked
@@ -43,13 +44,15 @@ class FmuSlave:
             self._fmu: Any = self._instantiate()
         except Exception as error:  # FMPy and the loader raise bare exceptions
             unpacked.release(self._folder)
+            if is_of_memory(error):
+                raise
             raise self._not_instantiated(error) from None
         finally:
             self._leave()
         _raise_for_negative_statuses(self._fmu)
 
     def _not_instantiated(self, error: Exception) -> FmuError:
-        answer = f"cannot be loaded: {error}"
+        answer = f"cannot be loaded: {str(error) or type(error).__name__}"
         if _has_no_instance(error):
             function = "instantiate" if self.description.version == 2 else "instantiateCoSimulation"
             answer = f"{self._full_name(function)} returned no instance"

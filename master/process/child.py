@@ -209,6 +209,8 @@ def _result(child: Child) -> Any:
         raise answer.error
     if not child.is_complete():
         call = child.position.call()
+        if call is None and child.ended_by() not in (signal.SIGKILL, signal.SIGTERM):
+            memory.raise_if_limited(f"the command {child.ending()}")
         where = call.instance if call else "the command"
         raise FmuError(where, child.ending(), time=child.position.time() if call else None, status="fatal")
     if not isinstance(answer, Answer):

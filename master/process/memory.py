@@ -71,6 +71,7 @@ if hasattr(os, "register_at_fork"):
 _LEAST_ROOM = 2**20
 _LIBRARIES = 384 * 2**20
 _LIMIT_A_ROOM = 32
+_SIDE = 256  # of matrices too large for the ways around a buffer
 
 
 def room(wanted: int) -> int:
@@ -95,6 +96,27 @@ def require_room_for_libraries() -> None:
         shared_memory(_LIBRARIES).close()
 
 
+def take_room_of_linear_algebra() -> None:
+    """
+    Let linear algebra allocate its buffers now, where the address space is limited, and there is room.
+
+    NumPy's and SciPy's each allocate one (32 MB) at the first product and keep it. Later, without room, one
+    of them ends the process and the other tries for ever.
+
+    Raises:
+        MasterError: If a limit of the address space leaves too little.
+    """
+    if math.isinf(address_space()):
+        return
+    require_room_for_libraries()
+    import numpy as np
+    from scipy.linalg import blas
+
+    large = np.ones((_SIDE, _SIDE))
+    np.dot(large, large)
+    blas.dgemm(1.0, large, large)
+
+
 def address_space() -> float:
     """Return the limit of this process's address space [bytes]; infinite without one."""
     if sys.platform == "win32":
@@ -103,6 +125,18 @@ def address_space() -> float:
 
     limit, _ = resource.getrlimit(resource.RLIMIT_AS)
     return math.inf if limit == resource.RLIM_INFINITY else float(limit)
+
+
+def raise_if_limited(ending: str) -> None:
+    """
+    Take a process that ended by itself for one without memory: linear algebra exits where it has none.
+
+    Raises:
+        MasterError: If the address space is limited; it says how the process ended.
+    """
+    limit = address_space()
+    if not math.isinf(limit):
+        raise MasterError(f"memory: {ending}, got an address space of {limit / 2**20:.0f} MB, {MORE_MEMORY}")
 
 
 _SAID = (

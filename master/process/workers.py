@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import multiprocessing
 from collections.abc import Callable, Iterator
-from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures import BrokenExecutor, Future, ProcessPoolExecutor
 from contextlib import contextmanager
 from typing import Any, ParamSpec, TypeVar
 
-from . import signals
+from . import memory, signals
+from .child import leave_at_exit
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -28,14 +29,23 @@ class Workers:
 
 @contextmanager
 def workers(n: int, method: str) -> Iterator[Workers]:
-    """Start n processes at most, by `spawn` or `fork`; an exception that ends the block ends them at once."""
+    """
+    Start n processes at most, by `spawn` or `fork`; an exception that ends the block ends them at once.
+
+    Raises:
+        MasterError: If a limit of the address space leaves too little for them, or ended one of them.
+    """
+    memory.require_room_for_libraries()  # a pool whose own threads cannot start waits for ever
     context: Any = multiprocessing.get_context(method)
-    executor = ProcessPoolExecutor(n, mp_context=context)
+    is_forked = method == "fork"
+    executor = ProcessPoolExecutor(n, mp_context=context, initializer=leave_at_exit if is_forked else None)
     try:
         yield Workers(executor)
-    except BaseException:
+    except BaseException as error:
         for process in multiprocessing.active_children():
             process.kill()
         executor.shutdown(wait=False, cancel_futures=True)
+        if isinstance(error, BrokenExecutor):
+            memory.raise_if_limited("a process that works for the command ended")
         raise
     executor.shutdown()

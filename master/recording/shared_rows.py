@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import mmap
 import time
 
 import numpy as np
@@ -33,8 +34,17 @@ class SharedRows:
         self._is_ring = is_ring
         self._cells = position.cells
         memory = shared_memory(self.capacity * n_bytes)
-        self._table = np.frombuffer(memory, np.float64, self.capacity * n_signals)
-        self._table = self._table.reshape(self.capacity, n_signals)
+        self._cells_of_rows = np.frombuffer(memory, np.float64, self.capacity * n_signals)
+        self._table = self._cells_of_rows.reshape(self.capacity, n_signals)
+
+    def touch(self) -> None:
+        """
+        Let this process have all pages of a ring before rows come: a long run takes no more memory later.
+
+        A process that is forked has to do it again.
+        """
+        if self._is_ring:
+            self._cells_of_rows[:: mmap.PAGESIZE // 8] = 0.0
 
     def go_on(self, n_rows: int) -> None:
         """Go on after rows that were taken in another process."""

@@ -149,6 +149,7 @@ class _Run:
             self._go_on_from(durable.begin_at)
         if is_ring:
             self.recorder.reserve()
+            self.rows.touch()
 
     def _go_on_from(self, checkpoint: Checkpoint) -> None:
         try:
@@ -253,6 +254,7 @@ class _Run:
         """In the child: step."""
         signals.forget()
         put_off_last_work()
+        self.rows.touch()
         try:
             return self._simulated()
         except position.Interrupted:

@@ -230,7 +230,7 @@ def _late(data: Mapping[str, Any]) -> float | None:
         return None
 
 
-Variant = Annotated[dict[str, ParameterValues], OrEmpty]
+Variant = Annotated[dict[InstanceName, ParameterValues], OrEmpty]
 
 
 class Config(Section):

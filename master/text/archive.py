@@ -38,6 +38,7 @@ _PIECE = 2**20
 MOST_MEMBERS = 100_000
 MOST_READ = 2**28  # bytes of a member that is read whole
 MOST_UNPACKED = 2**31  # bytes of all members together
+_MOST_SAID = 200  # characters
 _UNIX = 3  # system that wrote a member: its mode is in the upper half of external_attr
 
 
@@ -179,7 +180,9 @@ class Archive:
         except _DAMAGES as error:
             if isinstance(error, OSError) and error.errno != errno.EINVAL:  # EINVAL: a place before the file
                 raise
-            raise ArchiveError(f"its directory is damaged, got {error}, expected a zip archive") from None
+            raise ArchiveError(
+                f"its directory is damaged, got {_said(error)}, expected a zip archive"
+            ) from None
         faults = []
         for info in self._zip.infolist():
             name = info.filename.replace("\\", "/")
@@ -256,8 +259,13 @@ def _files_as_folders(names: Iterable[str]) -> list[str]:
 
 
 def _damaged(name: str, error: Exception) -> ArchiveError:
-    got = str(error) or "an early end"
+    got = _said(error) or "an early end"
     return ArchiveError(f"{name}: damaged, got {got}, expected a readable member")
+
+
+def _said(error: Exception) -> str:
+    """What Python says, which may hold all that it has read."""
+    return str(error)[:_MOST_SAID]
 
 
 def _alike(names: Iterable[str]) -> list[str]:

@@ -102,6 +102,13 @@ def instance_name(text: str) -> str:
     return heading(printable(text))
 
 
+def variable_name(text: str) -> str:
+    """Return a name that a variable can have; ValueError for none."""
+    if not text:
+        raise ValueError("not a name of a variable, expected one character at least")
+    return text
+
+
 def _value(value: Any, inner: ValidatorFunctionWrapHandler) -> Any:
     """Keep a text as it is written: the type of the FMU's variable decides what it is."""
     if value is None:
@@ -135,5 +142,6 @@ Signal = SignalName
 SignalKey = Annotated[str, AfterValidator(SignalName)]
 GivenValue = Annotated[Value, WrapValidator(_value)]
 GivenSetting = Annotated[Setting, PlainValidator(_setting)]
-ParameterValues = Annotated[dict[str, GivenSetting], BeforeValidator(_or_empty)]
+VariableName = Annotated[str, AfterValidator(variable_name)]
+ParameterValues = Annotated[dict[VariableName, GivenSetting], BeforeValidator(_or_empty)]
 OrEmpty = BeforeValidator(_or_empty)

@@ -277,3 +277,18 @@ def test_the_temporary_folder_of_a_command_is_the_users_alone_and_has_no_guessab
     assert stat.S_IMODE(first.stat().st_mode) == 0o700
     assert len({p.name for p in tmp_path.iterdir()}) == 1
     assert len(first.name.removeprefix("dockloop-")) == 12
+
+
+def test_what_python_says_of_a_damaged_archive_is_cut(tmp_path):
+    path = tmp_path / "m.fmu"
+    with zipfile.ZipFile(path, "w") as made:
+        made.writestr("modelDescription.xml", description(VARIABLE.format(name="v" * 5000, i=1)))
+        made.writestr("resources/large", bytes(60_000))
+    data = bytearray(path.read_bytes())
+    data[26:28] = struct.pack("<H", 50_000)  # the name in its header reaches over all that follows
+    path.write_bytes(data)
+
+    with Archive(path) as opened, pytest.raises(ArchiveError, match="damaged, got File name") as caught:
+        opened.read("modelDescription.xml")
+
+    assert len(str(caught.value)) < 1000

@@ -7,7 +7,7 @@ Long runs, large systems and many systems: memory stays flat, files are bounded,
     python -m tests.reliability.soak systems  [--number 10000]       one after the other in this process
     python -m tests.reliability.soak apart    [--number 1000]        the same, each run in its own process
 
-Memory is what this process and those that it began have of their own, shared pages by their share (Pss).
+Memory is what this process and those that it began have allocated, shared pages by their share.
 """
 
 from __future__ import annotations
@@ -103,11 +103,14 @@ def family(number: int) -> Iterator[int]:
             yield from family(int(child))
 
 
-def proportional(number: int) -> float:
-    """Memory of a process, pages that it shares by its share [MB]."""
+def own(number: int) -> float:
+    """
+    Memory that a process has allocated, what it shares with others by its share [MB].
+
+    Pages of libraries are left out: the share of them grows when a process of somebody else ends.
+    """
     lines = Path(f"/proc/{number}/smaps_rollup").read_text().splitlines()
-    [kilobytes] = [line.split()[1] for line in lines if line.startswith("Pss:")]
-    return int(kilobytes) / 1024
+    return sum(int(line.split()[1]) for line in lines if line.startswith(("Pss_Anon:", "Pss_Shmem:"))) / 1024
 
 
 def held() -> Held:
@@ -115,7 +118,7 @@ def held() -> Held:
     gc.collect()
     processes = list(family(os.getpid()))
     return Held(
-        memory=sum(map(proportional, processes)),
+        memory=sum(map(own, processes)),
         files=len(os.listdir("/proc/self/fd")),
         threads=threading.active_count(),
         processes=len(processes),
@@ -135,6 +138,8 @@ class Looks:
         """Note that some ticks have been done."""
         self.done += ticks
         if self.done < self.every * (len(self.seen) + 1):
+            return
+        if threading.active_count() > 1:  # which loads libraries that draw, as many as ever
             return
         with suppress(OSError):  # the process that steps may just have ended
             now = held()

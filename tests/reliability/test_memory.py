@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import ctypes
 import errno
 import json
 import os
 import resource
+import subprocess
+import sys
 
 import click
 import pytest
@@ -13,9 +16,11 @@ from click.testing import CliRunner
 
 from master.cli.common import JSON, answers_errors
 from master.errors import MasterError
+from master.process import memory
 from master.process.child import done_apart
 from master.process.mailbox import Mailbox
 from master.process.memory import is_of_memory, require_room_for_libraries, room, shared_memory
+from master.process.workers import workers
 from tests.reliability.address_space import COMMANDS, ending
 
 
@@ -76,6 +81,75 @@ def test_libraries_that_have_no_room_are_refused_before_they_end_the_process():
         limited(2**28)
         with pytest.raises(MasterError, match=r"memory: the run has too little, got .* for 384 MB"):
             require_room_for_libraries()
+        return True
+
+    assert done_apart(work)
+
+
+ALGEBRA_WITHOUT_ROOM = """
+import mmap, os, resource
+from master.process.memory import take_room_of_linear_algebra
+
+resource.setrlimit(resource.RLIMIT_AS, (2**31, 2**31))
+take_room_of_linear_algebra()
+import numpy as np
+from scipy import linalg
+
+a = np.random.default_rng(1).normal(size=(300, 300))
+with open("/proc/self/statm") as file:
+    left = 2**31 - int(file.read().split()[0]) * os.sysconf("SC_PAGE_SIZE")
+taken = mmap.mmap(-1, left - 20 * 2**20)
+print(np.linalg.norm(linalg.qr(a)[0]), np.linalg.norm(a @ a[0]) > 0)
+"""
+
+
+@pytest.mark.long
+def test_linear_algebra_that_has_taken_its_buffers_needs_no_more_room():
+    environment = os.environ | {"OPENBLAS_NUM_THREADS": "1"}
+    words = [sys.executable, "-c", ALGEBRA_WITHOUT_ROOM]
+    done = subprocess.run(words, env=environment, capture_output=True, text=True, timeout=200, check=True)
+
+    norm, has_product = done.stdout.split()
+    assert float(norm) == pytest.approx(300**0.5)
+    assert has_product == "True"
+
+
+def end_as_linear_algebra_does():
+    ctypes.CDLL(None).exit(1)
+
+
+def test_a_process_that_a_library_ends_where_memory_is_limited_has_the_words_of_too_little(monkeypatch):
+    monkeypatch.setattr(memory, "address_space", lambda: 2.0**31)
+
+    said = (
+        r"memory: the command ended the process, exit status 1, .* got an address space of 2048 MB, expected"
+    )
+    with pytest.raises(MasterError, match=said) as caught:
+        done_apart(end_as_linear_algebra_does)
+
+    assert caught.value.exit_status == 2
+
+
+def test_a_worker_that_a_library_ends_is_no_wait_for_ever_but_words(monkeypatch):
+    monkeypatch.setattr(memory, "address_space", lambda: 2.0**31)
+
+    with (
+        pytest.raises(
+            MasterError, match=r"memory: a process that works for the command ended, got .* 2048 MB"
+        ),
+        workers(1, "fork") as pool,
+    ):
+        pool.submit(end_as_linear_algebra_does).result()
+
+
+def test_workers_without_room_are_refused_before_they_start():
+    def work():
+        limited(2**28)
+        with (
+            pytest.raises(MasterError, match=r"memory: the run has too little, got .* for 384 MB"),
+            workers(1, "fork"),
+        ):
+            pass
         return True
 
     assert done_apart(work)

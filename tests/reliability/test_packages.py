@@ -2,7 +2,13 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
+import zipfile
+
 import pytest
+from cyclonedx.schema import SchemaVersion
+from cyclonedx.validation.json import JsonStrictValidator
 
 from tests.reliability.packages import bill_of_materials, digest, oldest, requirements, wheel
 
@@ -23,6 +29,31 @@ def test_every_dependency_has_a_lower_bound_that_can_be_installed():
     assert len(oldest()) == len(requirements())
 
 
+@pytest.fixture(scope="module")
+def built(tmp_path_factory):
+    return wheel(tmp_path_factory.mktemp("wheel"))
+
+
 @pytest.mark.long
-def test_the_wheel_built_twice_has_the_same_bytes(tmp_path):
-    assert digest(wheel(tmp_path / "one")) == digest(wheel(tmp_path / "two"))
+def test_the_wheel_built_twice_has_the_same_bytes(built, tmp_path):
+    assert digest(built) == digest(wheel(tmp_path))
+
+
+@pytest.mark.long
+def test_the_wheel_holds_a_bill_of_its_files_and_requirements_without_a_time_or_a_machine(built):
+    with zipfile.ZipFile(built) as archive:
+        [name] = [one for one in archive.namelist() if one.endswith(".dist-info/sboms/dockloop.cdx.json")]
+        text = archive.read(name).decode()
+        inside = {n: hashlib.sha256(archive.read(n)).hexdigest() for n in archive.namelist()}
+    bill = json.loads(text)
+    shipped = {
+        one["name"]: one["hashes"][0]["content"] for one in bill["components"] if one["type"] == "file"
+    }
+    libraries = {one["name"] for one in bill["components"] if one["type"] == "library"}
+
+    assert JsonStrictValidator(SchemaVersion.V1_5).validate_str(text) is None
+    assert shipped == {n: content for n, content in inside.items() if ".dist-info/" not in n}
+    assert "dockloop/fmus/spacecraft.fmu" in shipped
+    assert libraries == {one for one, _ in requirements()}
+    assert "timestamp" not in text
+    assert "serialNumber" not in text

@@ -1,4 +1,4 @@
-"""A model description of FMI 2.0 with all that one can have, and an archive around any text."""
+"""Model descriptions of both versions with all that one can have, and an archive around any text."""
 
 from __future__ import annotations
 
@@ -40,6 +40,23 @@ XML = """<?xml version="1.0" encoding="UTF-8"?>
     <Unknown index="3" dependencies="1"/><Unknown index="4"/><Unknown index="5" dependencies=""/>
     <Unknown index="8" dependencies=""/>
   </Outputs></ModelStructure>
+</fmiModelDescription>
+"""
+
+XML_3 = """<?xml version="1.0" encoding="UTF-8"?>
+<fmiModelDescription fmiVersion="3.0" modelName="Rope" instantiationToken="{1}">
+  <CoSimulation modelIdentifier="rope" canGetAndSetFMUState="true"/>
+  <UnitDefinitions><Unit name="N"><BaseUnit kg="1" m="1" s="-2"/></Unit></UnitDefinitions>
+  <TypeDefinitions><Float64Type name="Force" unit="N" min="0"/></TypeDefinitions>
+  <ModelVariables>
+    <Float64 name="time" valueReference="0" causality="independent" variability="continuous"/>
+    <Float64 name="u" valueReference="1" causality="input" start="1 2"><Dimension start="2"/></Float64>
+    <Float64 name="y" valueReference="2" causality="output" declaredType="Force"/>
+    <UInt64 name="n" valueReference="3" causality="structuralParameter" variability="fixed" start="2"/>
+    <Float32 name="z" valueReference="4" causality="output"><Dimension valueReference="3"/></Float32>
+    <Boolean name="on" valueReference="5" causality="parameter" start="true"/>
+  </ModelVariables>
+  <ModelStructure><Output valueReference="2" dependencies="1"/></ModelStructure>
 </fmiModelDescription>
 """
 

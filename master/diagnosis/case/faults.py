@@ -238,8 +238,8 @@ def _idle(loaded: LoadedCase, system: System) -> Iterator[str]:
 
 
 def _primary(system: System, signal: str) -> str:
-    """Name of the variable that stands for all that share a value with a signal; unknown ones as they are."""
+    """Name of the variable that stands for all that share a value with a signal; what is none as it is."""
     try:
         return system.primary(signal).name
-    except KeyError:
+    except (KeyError, ValueError):
         return signal

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import mmap
+import sys
+
 import numpy as np
+import pytest
 
 from master.process.memory import shared_memory
 from master.process.position import N_BYTES, Position
@@ -31,3 +35,21 @@ def test_a_row_wider_than_that_is_taken_alone():
     rows.add(np.ones((3, n_signals)))
 
     assert [len(rows.take(3)) for _ in range(4)] == [1, 1, 1, 0]
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="looks into /proc")
+def test_a_ring_has_all_its_pages_before_rows_come():
+    rows = SharedRows(Position(shared_memory(N_BYTES)), N_SIGNALS, 10**7, is_ring=True)
+    before = shared_megabytes()
+
+    rows.touch()
+    touched = shared_megabytes()
+    rows.room(rows.capacity)[:] = 1.0
+
+    assert touched - before == pytest.approx(rows.capacity * N_SIGNALS * 8 / 2**20, abs=1.0)
+    assert shared_megabytes() == pytest.approx(touched, abs=1.0)
+
+
+def shared_megabytes():
+    with open("/proc/self/statm") as file:
+        return int(file.read().split()[2]) * mmap.PAGESIZE / 2**20

@@ -74,6 +74,17 @@ def test_a_name_that_signals_cannot_be_made_of_is_refused(faults, name):
     assert fault.startswith("system.yaml:4: fmus.")
 
 
+@pytest.mark.parametrize(
+    ("values", "fault"),
+    [
+        ("{'a.b': {p: 1}}", "variants.v.a.b: not a name without spaces, '.', '<' and '>', got 'a.b'"),
+        ("{a: {'': 1}}", "variants.v.a.: not a name of a variable, got '', expected one character at least"),
+    ],
+)
+def test_a_variant_names_what_signals_can_be_made_of(faults, values, fault):
+    assert faults(HEAD + f"variants: {{v: {values}}}\n") == [f"system.yaml:5: {fault}"]
+
+
 def test_missing_keys_are_named(faults):
     assert faults("name: test\n") == [
         "system.yaml:1: stop_time: missing, expected a value, for example `stop_time: 10.0`",

@@ -98,6 +98,7 @@ def test_faults_of_system_and_recordings_are_reported_at_once(folder):
         ({"inputs__axis.mass": "f"}, "inputs.axis.mass: not an input, got parameter axis.mass"),
         ({"compared__axis.q": "q"}, "compared.axis.q: not an output, got input axis.q"),
         ({"inputs": {"axis.q": "q", "axis.der_q": "v"}}, "inputs: axis.der_der_q is not driven"),
+        ({"inputs": {"axis.q": "q", "axisder_q": "v"}}, "inputs.axisder_q: not an 'instance.variable'"),
         (
             {"signals__f__unit": "kN m"},
             "signals.f.unit: not the unit of axis.force, got 'kN m'",
