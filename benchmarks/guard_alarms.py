@@ -150,7 +150,8 @@ def _table(rows: list[dict[str, Any]]) -> list[str]:
     others = [row for row in rows if row["beyond"] is None]
     lines = []
     for i, name in enumerate(SETTINGS):
-        caught = [r["alarms"][i] for r in diverging if (r["alarms"][i] or np.inf) < r["beyond"]]
+        missed = [r for r in diverging if r["alarms"][i] is None or r["alarms"][i] >= r["beyond"]]
+        caught = [r["alarms"][i] for r in diverging if r not in missed]
         false = [r for r in others if r["alarms"][i] is not None]
         grow = sum(r["largest"] > 1.005 for r in false)
         median, most = np.quantile(caught, (0.5, 0.9)) if caught else (np.nan, np.nan)
@@ -159,7 +160,7 @@ def _table(rows: list[dict[str, Any]]) -> list[str]:
         )
         lines.append(f"| {name} | {numbers} | {len(false) - grow} |")
         lines += [f"  alarm: {r['run']}, {r['largest']:.3f}" for r in false]
-        lines += [f"  missed: {r['run']}" for r in diverging if not (r["alarms"][i] or np.inf) < r["beyond"]]
+        lines += [f"  missed: {r['run']}" for r in missed]
     return lines
 
 

@@ -172,17 +172,27 @@ class Instance:
     def _integrate(self, t: float, period: float, p: Any, first: float, share: float) -> None:
         n = n_substeps(period, self.model.substep)
         h = period / n
-        n_c, states, inputs = self.model.n_continuous, self.model.states, self.model.inputs
+        n_c = self.model.n_continuous
         held = self.values[self._x][n_c:]
-        old, new, mode = self.previous_inputs, self.values[self._u], self._hold()
+        derivatives, m = self.model.derivatives, self.m
+        state, flat = self.model.states.record, self.model.continuous.flat
+        inputs = self._inputs_within_a_step()
 
         def h_times_derivatives(place: float, x: list[float]) -> list[float]:
-            u = _inputs_at(old, new, mode, first + share * (place / n))
-            der = self.model.derivatives(t + place * h, states.record(x + held), inputs.record(u), p, self.m)
-            return [h * d for d in self.model.continuous.flat(der)]
+            u = inputs(first + share * (place / n))
+            return [h * d for d in flat(derivatives(t + place * h, state(x + held), u, p, m))]
 
         x = self.values[self._x][:n_c]
         self.values[self._x] = runge_kutta_4(h_times_derivatives, n, x) + held
+
+    def _inputs_within_a_step(self) -> Callable[[float], Any]:
+        """Return the inputs by the share of the communication step, 0 at its start, 1 at its end."""
+        old, new, mode = self.previous_inputs, self.values[self._u], self._hold()
+        record = self.model.inputs.record
+        if mode in (InputHold.hold_new, InputHold.hold_old):
+            held = record(new if mode == InputHold.hold_new else old)
+            return lambda _: held
+        return lambda share: record([a + share * (b - a) for a, b in zip(old, new, strict=True)])
 
     def _hold(self) -> int:
         if self.model.input_hold is None:
@@ -223,12 +233,3 @@ class Instance:
         unit = self.model.all_variables[self.index[fault.variable]].unit
         value = f"{self[fault.variable]!r}" + ("" if unit == "1" else f" {unit}")
         return f"{fault.variable}: {fault.text}, got {value}, expected {fault.expected}"
-
-
-def _inputs_at(old: Sequence[float], new: Sequence[float], mode: int, share: float) -> Sequence[float]:
-    """Inputs at a share of the communication step (0 at its start, 1 at its end)."""
-    if mode == InputHold.hold_new:
-        return new
-    if mode == InputHold.hold_old:
-        return old
-    return [a + share * (b - a) for a, b in zip(old, new, strict=True)]

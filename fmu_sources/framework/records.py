@@ -3,10 +3,18 @@
 from __future__ import annotations
 
 from collections import namedtuple
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from operator import itemgetter
 from typing import Any
 
 from .variables import Variable
+
+
+def _all_of(keys: Sequence[Any]) -> Callable[[Any], Sequence[Any]]:
+    """Return what takes the items at all keys, in their order; records are made in every substep."""
+    if len(keys) > 1:
+        return itemgetter(*keys)
+    return lambda items: [items[key] for key in keys]
 
 
 class RecordType:
@@ -18,9 +26,12 @@ class RecordType:
         for i, v in enumerate(variables):
             first = self.fields[v.base].start if v.base in self.fields else i
             self.fields[v.base] = slice(first, i + 1)
-        self._scalar = [variables[place.start].name == base for base, place in self.fields.items()]
+        scalar = {base: variables[place.start].name == base for base, place in self.fields.items()}
+        places = [place.start if scalar[base] else place for base, place in self.fields.items()]
         self._type: Any = namedtuple(title, self.fields)  # type: ignore[misc]
-        self._flat = all(self._scalar)
+        self._flat = all(scalar.values())
+        self._fields_of = _all_of(places)
+        self._values_of = _all_of(list(self.fields))
 
     def __len__(self) -> int:
         """Count the numbers."""
@@ -28,17 +39,12 @@ class RecordType:
 
     def record(self, values: Sequence[Any]) -> Any:
         """View a flat list, shape (len(self),), as a record."""
-        if self._flat:
-            return self._type._make(values)
-        places = zip(self.fields.values(), self._scalar, strict=True)
-        return self._type._make(
-            values[place.start] if scalar else tuple(values[place]) for place, scalar in places
-        )
+        return self._type._make(values if self._flat else self._fields_of(tuple(values)))
 
     def flat(self, fields: Mapping[str, Any]) -> list[Any]:
         """Put all fields into a flat list; a missing one is a KeyError."""
         if self._flat:
-            return [fields[name] for name in self.fields]
+            return list(self._values_of(fields))
         return self.merged(fields, [None] * len(self), complete=True)
 
     def merged(self, fields: Mapping[str, Any], old: Sequence[Any], *, complete: bool = False) -> list[Any]:

@@ -48,7 +48,13 @@ ENERGY, DISPLACEMENT, DEVIATION, FORCE, SPEED = 1.0, 2.0, 3.0, 4.0, 5.0
 PARAMETERS = declare(
     switch("active", True, "The guard watches; else it passes force and command on, whatever happens"),
     parameter("m_s", 820.0, "kg", "Mass of the spacecraft as in its model", above=0.0),
-    parameter("tolerance", 0.1, "1", "Share by which the kinetic energy may exceed its budget", above=0.0),
+    parameter(
+        "tolerance",
+        0.1,
+        "1",
+        "Share by which the kinetic energy may exceed that of previous swings",
+        above=0.0,
+    ),
     parameter(
         "slow_limit",
         1.8,

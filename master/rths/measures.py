@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 LARGEST_LAG = 49
+AT_REST = 1e-12  # of the variance of all: what rounding leaves of none
 """Largest lag that the correlation looks at [samples]."""
 N_MEASURES = 9
 
@@ -60,7 +61,8 @@ def lag(late: Floats, early: Floats) -> int:
     """
     Return the lag with the largest correlation (Pearson) [samples].
 
-    Sums over what is left after a lag are those of the whole less those of the few samples at one end.
+    Sums over what is left after a lag are those of the whole less those of the few samples at one end. A lag
+    after which one of the two does not move any more says nothing.
     """
     late, early = late - late.mean(), early - early.mean()
     n = len(late)
@@ -72,8 +74,10 @@ def lag(late: Floats, early: Floats) -> int:
         sum_a, sum_b = -late[:i].sum(), -early[left:].sum()
         square_a = all_a - _product(late[:i], late[:i])
         square_b = all_b - _product(early[left:], early[left:])
-        variances = (square_a - sum_a * sum_a / left) * (square_b - sum_b * sum_b / left)
-        correlation = (_product(a, b) - sum_a * sum_b / left) / math.sqrt(variances)
+        variance_a, variance_b = square_a - sum_a * sum_a / left, square_b - sum_b * sum_b / left
+        if variance_a <= AT_REST * all_a or variance_b <= AT_REST * all_b:
+            continue
+        correlation = (_product(a, b) - sum_a * sum_b / left) / math.sqrt(variance_a * variance_b)
         if correlation > best:
             best, found = correlation, i
     return found

@@ -158,3 +158,14 @@ def test_tanks_lack_what_flattens_the_lower_outflow(data, tmp_path):
     assert report["after"]["tanks.h_2"]["rmse"] <= 0.66
     assert {e["slot"] for e in report["effects"]} == {"lower_outflow"}
     assert report["verdict"] == "partly, with a remainder"
+
+
+def test_tanks_have_roots_and_overflow_in_both_outflows(data, tmp_path):
+    """Independent fits on the sealed record: outflows by the square root 0.63 V, with overflow 0.29 V."""
+    laws = ["offset", "power_law", "overflow"]
+    slots = {"tanks.upper_outflow": laws, "tanks.lower_outflow": laws}
+    report = report_of(only(slots, "tanks", tmp_path), tmp_path / "out")
+
+    assert report["after"]["tanks.h_2"]["rmse"] <= 0.40
+    traced = {(e["slot"], e["effect"]) for e in report["effects"] if e["status"] == "traced"}
+    assert {("lower_outflow", "power_law"), ("lower_outflow", "overflow")} <= traced

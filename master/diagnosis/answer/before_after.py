@@ -118,7 +118,13 @@ def _one(
         after = _run(bench, system, new, result.values)
     rows = np.concatenate([np.arange(s.begin, s.end) + bench.begin(s.recording) for s in stretches])
     rows = rows[rows < len(bench.measured)]
-    rows = rows[bench.in_use[rows] & ~bench.looked_at()[rows]]
+    rows = rows[bench.in_use[rows]]
+    unseen = rows[~bench.looked_at()[rows]]
+    estimates = dict(bench.estimates)
+    if len(unseen):
+        rows = unseen
+    else:  # a short sealed block at the beginning: better to score it, and to say so, than nothing
+        estimates = {s: replace(e, rows=len(s)) for s, e in estimates.items()}
     measured = bench.measured[rows]
     own = SealedPart(
         part=bench.part,
@@ -128,7 +134,7 @@ def _one(
         after=after.predicted[rows],
         nominal=nominal.predicted[rows],
         failure=next((r.failure for r in (after, before, nominal) if r.failure), None),
-        estimates=dict(bench.estimates),
+        estimates=estimates,
     )
     gains = {}
     for name, less in result.without.items():

@@ -158,7 +158,8 @@ def _estimated(recording: str, sealed: Mapping[str, SealedPart]) -> Iterator[str
         own = {s: e for s, e in part.estimates.items() if s.recording == recording}
         names = ", ".join(dict.fromkeys(name for e in own.values() for name in e.names))
         if any(e.rows == len(s) for s, e in own.items()):
-            yield f"{names}: estimated in each of {len(own)} windows, on the rows that are compared"
+            each = f" of each of {len(own)} windows" if len(own) > 1 else ""
+            yield f"{names}: estimated on the rows{each} that are compared"
         elif own:
             rows = sum(e.rows for e in own.values())
             share = f"{100.0 * HEAD:.0f} %"

@@ -1,10 +1,10 @@
 """
-What a diagnosis of a case will cost: processor time, foretold from what is known before it begins.
+What a diagnosis of a case will cost: processor time, estimated from what is known before it begins.
 
-Loading, judging, pictures and corrected FMUs take what they take. The search takes replays, times what one of
-them takes; how many there are depends on what is missing, which is not known. `seconds` is that of a case in
-whose longest part one effect is found, `low` where nothing is missing, `high` where three are. All constants
-are processor seconds of one machine (docs/diagnosis.md), scaled by a short measurement of this one.
+Loading, judging, pictures and corrected FMUs have constant costs. The search costs as many replays as it
+makes, which depends on what is missing and is not known. `seconds` is that of a case in whose longest part
+one effect is found, `low` where nothing is missing, `high` where the search goes on for four rounds. All
+constants are processor seconds of one machine (docs/diagnosis.md), scaled by a short measurement of this one.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ REFERENCE = 2.9e-3  # s: `speed_probe` on the machine of the constants
 @dataclass(frozen=True)
 class PartCost:
     """
-    What the cost of one part is made of.
+    Quantities that decide the cost of one part.
 
     `rows` that are fitted or selected by, `steps` of a replay of all that is fitted, `substeps` of all of
     them in all FMUs that integrate, `parameters` that are refitted, `effects` to consider, `built`: models
@@ -155,16 +155,18 @@ class Cost:
     def __str__(self) -> str:
         effects = sum(p.effects for p in self.parts)
         built = round(max((p.to_build for p in self.parts), default=0.0))
+        parts = f"{len(self.parts)} part{'s' if len(self.parts) != 1 else ''}"
+        steps, substeps = sum(p.steps for p in self.parts), sum(p.substeps for p in self.parts)
         return (
             f"a diagnosis takes about {_rounded(self.seconds)} of processor time ({_rounded(self.low)} if "
-            f"nothing is missing, up to {_rounded(self.high)}): {effects} effects in {len(self.parts)} "
-            f"part{'s' if len(self.parts) != 1 else ''}, {sum(p.steps for p in self.parts)} steps and "
-            f"{sum(p.substeps for p in self.parts)} substeps a replay, some {built} models to build"
+            f"nothing is missing, {_rounded(self.high)} or more if the search goes on): "
+            f"{effects} effects in {parts}, {steps} steps and {substeps} substeps a replay, some {built} "
+            "models to build"
         )
 
 
 def cost_of(loaded: LoadedCase, system: CutSystem, recordings: Mapping[str, Recording], split: Split) -> Cost:
-    """Foretell the cost of a diagnosis from a case, its cut system, its recordings and its split."""
+    """Estimate the cost of a diagnosis from a case, its cut system, its recordings and its split."""
     names = _built_names()
     parts = [_part(loaded, system, part, recordings, split, names) for part in system.parts]
     return Cost(tuple(parts), REFERENCE / speed_probe())

@@ -244,8 +244,9 @@ class ReplayBench:
             values=values,
             target=self.raw[s.recording][s.begin : s.end],
         )
-        rows = len(s) if self.is_windowed or as_guess else head(len(s))
-        if not as_guess:
+        is_fitted = as_guess or s.recording in self.fitted
+        rows = len(s) if self.is_windowed or is_fitted else head(len(s))
+        if self.is_windowed or not is_fitted:
             self._note(s, names, rows)
         if len(names) == 1 and not self.is_windowed:
             return by_grid(estimate, names[0], self.starts[names[0]])

@@ -65,9 +65,10 @@ def with_laws_in_several_slots(
         candidates: Effects in their slots.
         is_adequate: See `search`; nothing is tried where the result is adequate.
 
-    The two ends are compared once, by the power that they leave on the held-out blocks and what chance
-    makes of it, as an effect is with the model before it. They are not compared block by block: neither
-    contains the other, so one may be right in a block by accident, whose logarithm outweighs all others.
+    The results of the two searches are compared once, by the power that they leave on the held-out blocks and
+    what chance makes of it, as an effect is compared with the model before it. A comparison block by block
+    would not do: neither contains the other, so one may be right in a single block by accident, whose
+    logarithm outweighs all others.
     """
     laws = together(study, candidates)
     if not laws or is_adequate(result.fit):

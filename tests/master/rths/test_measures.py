@@ -37,6 +37,14 @@ def test_the_lag_is_the_one_that_was_put_in(late):
     assert lag(motion[60 - late : -late or None][:1900] + 5.0, motion[60:][:1900]) == late
 
 
+def test_a_lag_after_which_a_motion_is_at_rest_is_passed_over():
+    motion = np.zeros(60)
+    motion[:20] = np.random.default_rng(1).standard_normal(20)
+    late = np.concatenate([np.zeros(3), motion[:-3]])
+
+    assert lag(late, motion) == 3
+
+
 def test_a_motion_that_is_early_has_no_negative_lag():
     motion = np.sin(0.01 * np.arange(2000))
 

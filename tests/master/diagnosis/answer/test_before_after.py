@@ -12,6 +12,7 @@ from master.diagnosis.answer.before_after import SealedPart, sealed
 from master.diagnosis.case.cut import CutPart
 from master.diagnosis.case.split import Sealed, Stretch
 from master.diagnosis.numerics.error_measures import errors
+from master.diagnosis.replay.replay_bench import Estimated, Segment
 
 PART = CutPart(("box",), {"box": {}}, {"box": {}}, {"box.a": "a", "box.b": "b"})
 N = 20
@@ -120,6 +121,19 @@ def test_rows_on_which_a_replay_found_values_of_its_own_are_left_out(diagnosis, 
     monkeypatch.setattr(before_after, "_run", run)
 
     assert sealed(diagnosis, {})["box"].t == pytest.approx([1.5, 1.6])
+
+
+def test_sealed_rows_that_were_all_looked_at_are_scored_and_said_to_be(diagnosis, monkeypatch):
+    bench = diagnosis.parts[0].study.bench
+    segment = Segment("r", 0, N)
+    bench.looked_at = lambda: np.ones(N, dtype=bool)
+    bench.estimates = {segment: Estimated(("box.y0",), 18)}
+    monkeypatch.setattr(before_after, "_files", lambda system, part: {"box": "old.fmu"})
+    monkeypatch.setattr(before_after, "_run", lambda bench, *_: before_after.Run(bench.measured, None))
+    found = sealed(diagnosis, {})["box"]
+
+    assert found.t == pytest.approx([1.2, 1.4, 1.5, 1.6])
+    assert found.estimates[segment].rows == N
 
 
 def test_the_seal_is_broken_once(diagnosis, monkeypatch):

@@ -12,7 +12,7 @@ from click.testing import CliRunner
 from master.cli import main
 from master.diagnosis.case.case import read_case
 from master.diagnosis.judge.checked import check_case
-from master.diagnosis.judge.cost import Cost, PartCost
+from master.diagnosis.judge.cost import REFERENCE, Cost, PartCost
 from master.diagnosis.judge.diagnose import diagnose
 
 CASES = Path(__file__).parents[4] / "configs" / "measured"
@@ -57,7 +57,8 @@ def test_of_several_parts_one_is_searched_and_all_are_judged():
     assert both.seconds - alone.seconds == pytest.approx(KNOWN - 4.5 - 2.3)
 
 
-def test_check_says_it_as_text_and_as_data():
+def test_check_says_it_as_text_and_as_data(monkeypatch):
+    monkeypatch.setattr("master.diagnosis.judge.cost.speed_probe", lambda: REFERENCE)
     case = CASES / "first_case.yaml"
     found = json.loads(CliRunner().invoke(main, ["check", str(case), "--json"]).stdout)["cost"]
     text = CliRunner().invoke(main, ["check", str(case)]).stdout

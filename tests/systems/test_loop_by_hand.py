@@ -11,7 +11,7 @@ from fmu_sources.compensator.identifiers.framework.catalogue import IdentifierCh
 from fmu_sources.compensator.tuning import Preset
 from tests.costs import long_for
 from tests.systems.closed_loop_matrix import damping, loop_matrix, real_matrix
-from tests.systems.loop_of_models import CASES, compensation, oscillation, rms, run
+from tests.systems.loop_by_hand import CASES, compensation, oscillation, rms, run
 
 pytestmark = pytest.mark.slow
 
