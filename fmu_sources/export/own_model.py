@@ -12,8 +12,9 @@ import importlib.util
 import sys
 import traceback
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, redirect_stdout
 from pathlib import Path
+from types import ModuleType
 
 from ..composed import registry
 from ..composed.composition import SEPARATOR
@@ -24,6 +25,7 @@ from .native_flavour import NativeSources, content_digest_of, host_binaries, pac
 from .reference_data import reference_files
 
 VERSIONS = {"native": "2.0", "fmi3": "3.0"}
+_LIBRARY_FOLDERS = ("site-packages", "dist-packages")
 
 
 class OwnModelError(ValueError):
@@ -45,7 +47,7 @@ def load_model(file: Path) -> Model:
         raise OwnModelError(f"{file}: not a Python file, got {file.suffix!r}, expected .py")
     module = importlib.util.module_from_spec(spec)
     sys.modules[name] = module  # the documentation of the FMU is the docstring of this module
-    with _importable(file.parent), _naming_lines_of(file):
+    with _importable(file.parent), _running_code_of(file):
         spec.loader.exec_module(module)
     model = getattr(module, "MODEL", None)
     if not isinstance(model, Model):
@@ -84,7 +86,7 @@ def own_sources(model: Model, file: Path | None = None) -> NativeSources:
     from . import native
 
     _check(model, file)
-    with _naming_lines_of(file):
+    with _running_code_of(file):
         reference = {} if file is None else reference_files(model, file)
         draft = NativeSources(model, "", native.generate(model, ""), reference)
         token = guid(content_digest_of(draft).encode())
@@ -115,7 +117,7 @@ def _check(model: Model, file: Path | None) -> None:
     from ..framework.arithmetic import PYTHON
 
     where = model.name if file is None else f"{file}"
-    with _naming_lines_of(file):
+    with _running_code_of(file):
         groups = {
             role: [v.start for v in model.group(role)] for role in (Role.STATE, Role.INPUT, Role.PARAMETER)
         }
@@ -163,26 +165,50 @@ def _importable(folder: Path) -> Iterator[None]:
     finally:
         sys.path.remove(str(folder))
         for name in set(sys.modules) - before:
-            file = getattr(sys.modules[name], "__file__", None)
-            if file is not None and Path(file).is_relative_to(folder):
+            is_of_known_package = name.partition(".")[0] in before
+            if not is_of_known_package and _is_next_to_models(name, sys.modules[name], folder):
                 del sys.modules[name]
 
 
+def _is_next_to_models(name: str, module: ModuleType, folder: Path) -> bool:
+    """Whether a module was found in a folder by its name; libraries are elsewhere, or below it (`.venv`)."""
+    if folder.name in _LIBRARY_FOLDERS:
+        return False
+    file = getattr(module, "__file__", None)
+    places = [file] if file is not None else list(getattr(module, "__path__", ()))
+    found = {folder.joinpath(*name.split(".")), folder.joinpath(*name.split("."), "__init__")}
+    return any(Path(p).with_name(Path(p).name.partition(".")[0]) in found for p in places)
+
+
 @contextmanager
-def _naming_lines_of(file: Path | None) -> Iterator[None]:
-    """Turn what a model's own code raises into a message with its line; other errors pass."""
+def _running_code_of(file: Path | None) -> Iterator[None]:
+    """
+    Let a model's own code run: what it raises becomes a message with its line, what it prints no result.
+
+    Errors of a model without a file pass.
+    """
     try:
-        yield
-    except SyntaxError as error:
-        raise OwnModelError(f"{error.filename}:{error.lineno}: {error.msg}") from error
-    except Exception as error:
-        frames = traceback.extract_tb(error.__traceback__)
+        with redirect_stdout(sys.stderr):
+            yield
+    except (Exception, SystemExit) as error:
         if file is None or isinstance(error, OwnModelError):
             raise
-        own = [f for f in frames if Path(f.filename).resolve() == file.resolve()]
-        text = str(error) or "no text"
-        if not own:
-            raise OwnModelError(
-                f"{file}: its equations cannot be exported: {type(error).__name__}: {text}"
-            ) from error
-        raise OwnModelError(f"{file}:{own[-1].lineno}: {type(error).__name__}: {text}") from error
+        raise OwnModelError(_told(error, file)) from error
+
+
+def _told(error: BaseException, file: Path) -> str:
+    """Say in one line where and why a model's own code fails."""
+    text = f"{type(error).__name__}: {' '.join(str(error).split()) or 'no text'}"
+    if isinstance(error, SyntaxError):
+        text = " ".join(error.msg.split())
+        if error.filename is not None and Path(error.filename).is_file():
+            return f"{error.filename}:{error.lineno}: {text}"
+    frames = traceback.extract_tb(error.__traceback__)
+    own = [f for f in frames if Path(f.filename).resolve() == file.resolve()]
+    if own:
+        return f"{file}:{own[-1].lineno}: {text}"
+    return (
+        f"{file}: {text}"
+        if isinstance(error, SyntaxError)
+        else f"{file}: its equations cannot be exported: {text}"
+    )

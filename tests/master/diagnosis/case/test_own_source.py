@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,7 @@ import pytest
 from click.testing import CliRunner
 
 import fmu_sources
-from fmu_sources.export.own_model import load_model
+from fmu_sources.export.own_model import added, load_model
 from fmu_sources.framework.instance import Instance
 from master.cli import main
 
@@ -135,6 +136,11 @@ def test_a_case_takes_its_model_from_a_file_next_to_it_and_writes_nothing_to_the
         ("", "MODEL = ", "OTHER = ", None, "MODEL: not a model, got nothing"),
         ("", "import STIFFNESS", "import DAMPING", 3, "ImportError: "),
         ("", 'name = "wrong', 'name = "two words', None, "name of the model, got 'two words"),
+        ("", "from own_numbers", "raise SystemExit(0)\nfrom own_numbers", 3, "SystemExit: 0"),
+        ("", "return {", "import sys; sys.exit(0); return {", 26, "SystemExit: 0"),
+        ("", "MODEL = ", "\0MODEL = ", None, "source code string cannot contain null bytes"),
+        ("", "return {", "raise ValueError('no\\nforce'); return {", 26, "ValueError: no force"),
+        ("", "return {", "eval('1 +'); return {", 26, "invalid syntax"),
     ],
 )
 def test_a_mistake_in_ones_own_model_is_told_with_file_and_line(more, old, new, line, message, tmp_path):
@@ -148,6 +154,63 @@ def test_a_mistake_in_ones_own_model_is_told_with_file_and_line(more, old, new, 
     at = f"{rig}:{line}: " if line else f"{rig}: "
     assert done.stderr.startswith(f"{case}:3: fmus.rig.source: {at}"), done.stderr
     assert message in done.stderr
+
+
+def test_what_a_model_prints_while_it_is_loaded_and_checked_does_not_reach_standard_output(tmp_path, capsys):
+    written(tmp_path, "talking_specimen")
+    rig = tmp_path / "talking_specimen.py"
+    talking = rig.read_text().replace("return {", "print('checked'); return {", 1)
+    rig.write_text(f"{talking}\nprint('loaded')\n")
+
+    added(rig)
+
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert {"loaded", "checked"} <= set(said.err.split())
+
+
+def newly_imported(folder: Path, module: str) -> set[str]:
+    """Load a model that imports a module, too; return the names that stay known, and forget them."""
+    name = f"model_in_{folder.name.replace('-', '_')}"
+    written(folder, name)
+    rig = folder / f"{name}.py"
+    rig.write_text(rig.read_text().replace("from own_numbers", f"import {module}\nfrom own_numbers", 1))
+    before = set(sys.modules)
+    load_model(rig)
+    found = set(sys.modules) - before
+    for imported in found:
+        del sys.modules[imported]
+    return {n for n in found if not n.startswith("dockloop_model_")}
+
+
+def package(folder: Path, *files: str) -> None:
+    """Write empty modules into a folder."""
+    folder.mkdir(parents=True)
+    for file in files:
+        (folder / file).touch()
+
+
+def test_a_library_installed_below_the_folder_of_a_model_stays_imported(tmp_path, monkeypatch):
+    installed = tmp_path / ".venv" / "lib" / "site-packages"
+    package(installed / "own_library", "__init__.py", "part.py")
+    monkeypatch.syspath_prepend(str(installed))
+
+    assert newly_imported(tmp_path, "own_library.part") == {"own_library", "own_library.part"}
+
+
+def test_libraries_around_a_model_that_is_installed_stay_imported(tmp_path):
+    package(tmp_path / "site-packages", "library_around.py")
+
+    found = newly_imported(tmp_path / "site-packages", "library_around")
+
+    assert found == {"library_around", "own_numbers"}
+
+
+@pytest.mark.parametrize("files", [["__init__.py", "spring.py"], ["spring.py"]])
+def test_packages_in_the_folder_of_a_model_are_imported_by_it_alone(files, tmp_path):
+    package(tmp_path / "own_parts", *files)
+
+    assert newly_imported(tmp_path, "own_parts.spring") == set()
 
 
 def test_files_next_to_models_of_two_folders_may_have_one_name(tmp_path):
