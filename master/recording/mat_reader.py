@@ -11,6 +11,7 @@ from __future__ import annotations
 import atexit
 import os
 import pickle
+import signal
 import subprocess
 import sys
 import warnings
@@ -47,6 +48,9 @@ def read_mat(path: Path) -> dict[str, Any]:
 
 def _reader() -> subprocess.Popen[bytes]:
     reader = _running.get(os.getpid())
+    if reader is not None and reader.poll() is not None:  # it ended between two files, by no fault of theirs
+        end_reader()
+        reader = None
     if reader is None:
         command = [sys.executable, __file__]
         reader = subprocess.Popen(
@@ -66,6 +70,7 @@ def end_reader() -> None:
 
 
 def _serve() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # a terminal sends it to this process, too
     warnings.simplefilter("ignore")
     answers = sys.stdout.buffer
     sys.stdout = sys.stderr

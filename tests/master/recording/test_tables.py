@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+import signal
 import subprocess
 import zipfile
 
@@ -99,6 +100,26 @@ def test_mat_files_are_read_by_one_process(tmp_path, monkeypatch):
 
     assert [refusal(path) for _ in range(3)] == [None] * 3
     assert len(begun) == 1
+
+
+def test_a_reader_that_was_ended_between_two_files_is_replaced(tmp_path):
+    path = whole("mat", tmp_path)
+    assert refusal(path) is None
+    reader = mat_reader._reader()
+    reader.kill()
+    reader.wait()
+
+    assert refusal(path) is None
+
+
+def test_an_interrupt_of_the_terminal_does_not_end_the_reader(tmp_path):
+    path = whole("mat", tmp_path)
+    assert refusal(path) is None
+    reader = mat_reader._reader()
+    reader.send_signal(signal.SIGINT)
+
+    assert refusal(path) is None
+    assert mat_reader._reader() is reader
 
 
 @pytest.mark.parametrize("kind", ["npz", "mat", "parquet"])
