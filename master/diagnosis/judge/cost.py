@@ -228,13 +228,11 @@ def _part(
 
 def _built_names() -> frozenset[str]:
     """Names of the native FMUs in the cache: one may be older than its sources, which is not looked into."""
-    folder = cache_folder() / "fmus" / "native"
-    if not folder.is_dir():
-        return frozenset()
     found: set[str] = set()
-    for token in os.scandir(folder):
-        with suppress(OSError):  # another process may just have removed it
-            found |= {name.removesuffix(".fmu") for name in os.listdir(token.path)}
+    with suppress(OSError), os.scandir(cache_folder() / "fmus" / "native") as tokens:  # there may be none
+        for token in tokens:
+            with suppress(OSError):  # another process may just have removed it
+                found |= {name.removesuffix(".fmu") for name in os.listdir(token.path)}
     return frozenset(found)
 
 

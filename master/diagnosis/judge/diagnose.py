@@ -137,7 +137,8 @@ def diagnose(
     progress = deadline.watched(progress)
     system, recordings = opened(loaded, progress)
     split = split_of(loaded, recordings)
-    announce(f"{cost_of(loaded, system, recordings, split)}")
+    if announce is not catalogue.silent:
+        announce(f"{cost_of(loaded, system, recordings, split)}")
     with ExitStack() as stack:
         begun = []
         for part in system.parts:

@@ -82,6 +82,29 @@ def test_a_model_that_is_in_no_cache_has_to_be_built(tmp_path, monkeypatch):
     assert check_case(CASES / "first_case.yaml").cost.parts[0].built == 1
 
 
+def test_a_cache_that_cannot_be_read_counts_as_empty(monkeypatch):
+    def refuse(folder):
+        raise PermissionError(13, "Permission denied", folder)
+
+    monkeypatch.setattr("master.diagnosis.judge.cost.os.scandir", refuse)
+
+    assert check_case(CASES / "first_case.yaml").cost.parts[0].built == 3
+
+
+def test_a_diagnosis_that_nobody_asks_does_not_foretell_its_cost(monkeypatch):
+    asked = []
+    monkeypatch.setattr("master.diagnosis.judge.diagnose.cost_of", lambda *given: asked.append(given))
+
+    def progress(text):
+        if "replay" in text:
+            raise BegunError
+
+    with pytest.raises(BegunError):
+        diagnose(read_case(CASES / "first_case.yaml"), progress)
+
+    assert asked == []
+
+
 def test_a_diagnosis_says_it_once_before_anything_is_replayed():
     told = []
 
