@@ -17,7 +17,7 @@ from master.catalogue import Progress, silent
 from master.errors import ConfigError
 from master.experiment.experiment import Experiment
 from master.fmi.description import Description
-from master.process.workers import workers
+from master.process.workers import each_needed, workers
 from master.runs.kept_runs import KeptRuns
 from master.stepping.outcome import COMPLETED, DIVERGED
 from master.system.config import Config, LoadedConfig
@@ -149,7 +149,7 @@ def compare(work: Sequence[Task], done: Callable[[int], None], processes: int) -
                     found[i] = judge.score(work[i])
                     done(1)
         return [found[i] for i in range(len(work))]
-    with workers(min(processes, len(groups)), "spawn") as pool:
+    with each_needed(), workers(min(processes, len(groups)), "spawn") as pool:
         futures = {pool.submit(scores, [work[i] for i in g]): g for g in groups.values()}
         for future in as_completed(futures):
             places = futures[future]

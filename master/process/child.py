@@ -209,13 +209,18 @@ def _result(child: Child) -> Any:
         raise answer.error
     if not child.is_complete():
         call = child.position.call()
-        if call is None and child.ended_by() not in (signal.SIGKILL, signal.SIGTERM):
+        if call is None and child.ended_by() not in _of_other_causes():
             memory.raise_if_limited(f"the command {child.ending()}")
         where = call.instance if call else "the command"
         raise FmuError(where, child.ending(), time=child.position.time() if call else None, status="fatal")
     if not isinstance(answer, Answer):
         sys.exit(child.exit_status())
     return answer.result
+
+
+def _of_other_causes() -> tuple[signal.Signals, ...]:
+    """Signals that a lack of memory does not send: of whoever ends a process, and of faulty code."""
+    return (signal.SIGKILL, signal.SIGTERM, signal.SIGSEGV, signal.SIGBUS, signal.SIGFPE)
 
 
 def _raise_if_stuck(child: Child) -> None:

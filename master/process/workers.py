@@ -33,7 +33,8 @@ def workers(n: int, method: str) -> Iterator[Workers]:
     Start n processes at most, by `spawn` or `fork`; an exception that ends the block ends them at once.
 
     Raises:
-        MasterError: If a limit of the address space leaves too little for them, or ended one of them.
+        MasterError: If a limit of the address space leaves too little for them.
+        BrokenExecutor: If one of them ends while its work is waited for; see `each_needed`.
     """
     memory.require_room_for_libraries()  # a pool whose own threads cannot start waits for ever
     context: Any = multiprocessing.get_context(method)
@@ -41,11 +42,24 @@ def workers(n: int, method: str) -> Iterator[Workers]:
     executor = ProcessPoolExecutor(n, mp_context=context, initializer=leave_at_exit if is_forked else None)
     try:
         yield Workers(executor)
-    except BaseException as error:
+    except BaseException:
         for process in multiprocessing.active_children():
             process.kill()
         executor.shutdown(wait=False, cancel_futures=True)
-        if isinstance(error, BrokenExecutor):
-            memory.raise_if_limited("a process that works for the command ended")
         raise
     executor.shutdown()
+
+
+@contextmanager
+def each_needed() -> Iterator[None]:
+    """
+    Around `workers`: take one that ended for one without memory, where nothing can be done in its place.
+
+    Raises:
+        MasterError: If one ended, and the address space is limited.
+    """
+    try:
+        yield
+    except BrokenExecutor:
+        memory.raise_if_limited("a process that works for the command ended")
+        raise

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import ctypes
 import errno
+import faulthandler
 import json
 import os
 import resource
+import signal
 import subprocess
 import sys
 
@@ -15,12 +17,14 @@ import pytest
 from click.testing import CliRunner
 
 from master.cli.common import JSON, answers_errors
-from master.errors import MasterError
+from master.errors import FmuError, MasterError
 from master.process import memory
 from master.process.child import done_apart
 from master.process.mailbox import Mailbox
 from master.process.memory import is_of_memory, require_room_for_libraries, room, shared_memory
-from master.process.workers import workers
+from master.process.workers import each_needed, workers
+from master.reproduce.measures import pool
+from master.reproduce.measures.runs import Run, Wanted
 from tests.reliability.address_space import COMMANDS, ending
 
 
@@ -130,6 +134,39 @@ def test_a_process_that_a_library_ends_where_memory_is_limited_has_the_words_of_
     assert caught.value.exit_status == 2
 
 
+@pytest.mark.parametrize("number", [signal.SIGSEGV, signal.SIGBUS, signal.SIGFPE])
+def test_a_crash_is_no_lack_of_memory_where_memory_is_limited(number, monkeypatch):
+    monkeypatch.setattr(memory, "address_space", lambda: 2.0**31)
+
+    def crash():
+        faulthandler.disable()
+        os.kill(os.getpid(), number)
+
+    with pytest.raises(FmuError, match=f"ended the process, killed by {number.name}"):
+        done_apart(crash)
+
+
+THIS_PROCESS = os.getpid()
+
+
+def runs_where_no_worker_bears_them(wishes):
+    """End a worker, as an FMU may; in the process that began it, make the runs."""
+    if os.getpid() != THIS_PROCESS:
+        os._exit(1)
+    return {run: run.config for run in wishes}
+
+
+def test_runs_that_end_a_worker_are_made_one_by_one_where_memory_is_limited_too(monkeypatch):
+    monkeypatch.setattr(memory, "address_space", lambda: 2.0**31)
+    monkeypatch.setattr(pool, "workers", lambda n, method: workers(n, "fork"))
+    monkeypatch.setattr(pool, "perform_part", runs_where_no_worker_bears_them)
+    monkeypatch.setattr(pool, "CHUNK", 1)
+
+    found = pool.perform_all({Run("a"): Wanted(), Run("b"): Wanted()}, lambda n: None, processes=2)
+
+    assert found == {Run("a"): "a", Run("b"): "b"}
+
+
 def test_a_worker_that_a_library_ends_is_no_wait_for_ever_but_words(monkeypatch):
     monkeypatch.setattr(memory, "address_space", lambda: 2.0**31)
 
@@ -137,9 +174,10 @@ def test_a_worker_that_a_library_ends_is_no_wait_for_ever_but_words(monkeypatch)
         pytest.raises(
             MasterError, match=r"memory: a process that works for the command ended, got .* 2048 MB"
         ),
-        workers(1, "fork") as pool,
+        each_needed(),
+        workers(1, "fork") as one,
     ):
-        pool.submit(end_as_linear_algebra_does).result()
+        one.submit(end_as_linear_algebra_does).result()
 
 
 def test_workers_without_room_are_refused_before_they_start():

@@ -15,7 +15,7 @@ from master.diagnosis.case.cut import CutPart, CutSystem
 from master.errors import ConfigError
 from master.fmi.description_reader import read_description
 from master.fmi.structure import with_structure
-from master.process.workers import workers
+from master.process.workers import each_needed, workers
 from master.text.signal_name import SignalName
 
 from .placed_effect import PlacedEffect, source_with
@@ -54,7 +54,7 @@ class ModelPool:
         stale = sorted(n for n in names if not build.target(n).is_current())
         if not stale:
             return
-        with workers(min(len(stale), os.cpu_count() or 1), "fork") as pool:
+        with each_needed(), workers(min(len(stale), os.cpu_count() or 1), "fork") as pool:
             building = [pool.submit(_build, name) for name in stale]
             for name, built in zip(stale, building, strict=True):
                 fault = built.result()
