@@ -43,14 +43,16 @@ def add(model: Model, file: Path) -> None:
     """
     Make a model of a file elsewhere known by its name, in the place of an earlier one of that file.
 
+    It also takes the place of one whose file is there no longer, as after that was renamed.
+
     Raises:
         ValueError: If the name is taken by another file.
     """
     known = _own.get(model.name)
     other = known.file if known is not None else _found().get(model.name)
-    if other is not None and not other.samefile(file):
+    if other is not None and other.exists() and not other.samefile(file):
         raise ValueError(f"name of the model is taken, got {model.name!r}, also in {other}, expected another")
-    _own[model.name] = _Own(model, file)
+    _own[model.name] = _Own(model, file.absolute())
     _composed.cache_clear()
 
 

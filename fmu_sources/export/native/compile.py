@@ -10,8 +10,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from contextlib import closing
+from contextlib import ExitStack, closing
 from pathlib import Path
 
 from .errors import MissingToolError, NativeBuildError
@@ -50,9 +49,9 @@ def compile_release(sources: Mapping[str, bytes], model_identifier: str) -> dict
         Path inside the FMU (`binaries/<platform>/<model_identifier>.<ending>`) to content, with the
         folders of FMI 2.0 and of FMI 3.0.
     """
-    with ThreadPoolExecutor() as pool:
-        built = pool.map(lambda p: compile_for(p, sources, model_identifier), RELEASE)
-        binaries = dict(zip(RELEASE, built, strict=True))
+    with ExitStack() as stack:  # an exception, as of Ctrl-C, ends all compilers
+        at_work = {p: stack.enter_context(closing(_begin_for(p, sources, model_identifier))) for p in RELEASE}
+        binaries = {p: normalise(compilation.library()) for p, compilation in at_work.items()}
     files = {}
     for platform, binary in binaries.items():
         name = model_identifier + platform.ending
@@ -65,12 +64,17 @@ def compile_release(sources: Mapping[str, bytes], model_identifier: str) -> dict
 
 def compile_for(platform: Platform, sources: Mapping[str, bytes], model_identifier: str) -> bytes:
     """Compile for one platform with zig."""
+    with closing(_begin_for(platform, sources, model_identifier)) as compilation:
+        return normalise(compilation.library())
+
+
+def _begin_for(platform: Platform, sources: Mapping[str, bytes], model_identifier: str) -> Compilation:
     name = model_identifier + platform.ending
     command = [*_zig(), "-target", platform.zig_target, *FLAGS]
     extra = list(platform.link_flags)
     if platform.ending == ".dylib":
         extra += ["-install_name", f"@rpath/{name}"]
-    return normalise(_compile(sources, command, name, extra))
+    return Compilation(sources, command, name, extra)
 
 
 def _zig() -> list[str]:
@@ -126,8 +130,3 @@ class Compilation:
                 os.killpg(self._process.pid, signal.SIGKILL)
             self._process.wait()
         self._folder.cleanup()
-
-
-def _compile(sources: Mapping[str, bytes], command: Sequence[str], name: str, extra: Sequence[str]) -> bytes:
-    with closing(Compilation(sources, command, name, extra)) as compilation:
-        return compilation.library()

@@ -126,6 +126,41 @@ def test_a_compiler_error_is_passed_on() -> None:
         native.compile_host({"a.c": b"not C"}, "specimen")
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="needs a shell")
+def test_a_release_that_fails_on_one_platform_ends_the_compilers_of_the_others(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    compiler = f'test "$2" = {RELEASE[0].zig_target} && exit 1; sleep 2; touch {tmp_path}/"$2"'
+    monkeypatch.setattr(compiling, "_zig", lambda: ["sh", "-c", compiler, "zig"])
+
+    with pytest.raises(native.NativeBuildError, match="the compiler failed"):
+        native.compile_release({}, "specimen")
+
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs a shell")
+def test_an_interrupt_while_a_release_waits_for_one_compiler_ends_all(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    library = compiling.Compilation.library
+    waited_for = []
+
+    def interrupted(compilation: compiling.Compilation) -> bytes:
+        waited_for.append(compilation)
+        if len(waited_for) == 1:
+            raise KeyboardInterrupt
+        return library(compilation)
+
+    monkeypatch.setattr(compiling, "_zig", lambda: ["sh", "-c", f'sleep 2; touch {tmp_path}/"$2"', "zig"])
+    monkeypatch.setattr(compiling.Compilation, "library", interrupted)
+
+    with pytest.raises(KeyboardInterrupt):
+        native.compile_release({}, "specimen")
+
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_a_fat_library_points_at_its_slices() -> None:
     slices = [struct.pack("<III", 0xFEEDFACF, cpu, 3) + bytes([cpu]) * 5000 for cpu in (7, 12)]
     both = join(slices)

@@ -11,7 +11,8 @@ import pytest
 from click.testing import CliRunner
 
 import fmu_sources
-from fmu_sources.export.own_model import added, load_model
+from fmu_sources.composed import registry
+from fmu_sources.export.own_model import OwnModelError, added, load_model
 from fmu_sources.framework.instance import Instance
 from master.cli import main
 
@@ -232,6 +233,28 @@ def test_a_name_that_another_model_has_is_refused(tmp_path):
 
     assert done.exit_code == 2
     assert "name of the model is taken, got 'oscillator', also in " in done.stderr
+
+
+def test_a_model_whose_file_was_moved_is_taken_from_its_new_place(tmp_path):
+    written(tmp_path, "moved_specimen")
+    added(tmp_path / "moved_specimen.py")
+    moved = (tmp_path / "moved_specimen.py").rename(tmp_path / "moved.py")
+
+    added(moved)
+
+    assert registry.modules("moved_specimen") == (moved,)
+
+
+def test_a_model_of_another_working_folder_is_another_one(tmp_path, monkeypatch):
+    for folder in (tmp_path / "first", tmp_path / "second"):
+        folder.mkdir()
+        written(folder, "relative_specimen")
+    monkeypatch.chdir(tmp_path / "first")
+    added(Path("relative_specimen.py"))
+    monkeypatch.chdir(tmp_path / "second")
+
+    with pytest.raises(OwnModelError, match="name of the model is taken"):
+        added(Path("relative_specimen.py"))
 
 
 def test_a_file_that_is_not_there_is_refused(tmp_path):
