@@ -9,6 +9,7 @@ import click
 
 from master.errors import ConfigError
 from master.installation import configuration
+from master.process.surroundings import standard_output_as_error
 from master.text.yaml_lines import read_yaml
 
 from .common import INPUTS, JSON, answers_errors, print_json, say, show_building, system_options
@@ -77,7 +78,8 @@ def _check_case(path: Path, plot: Path | None, as_json: bool, given: list[str]) 
         )
     if plot is not None and plot.suffix.lower() != ".png":
         raise ConfigError([f"--plot: {plot}, got {plot.suffix!r}, expected a file that ends in .png"])
-    found = check_case(path, show_building)
+    with standard_output_as_error():  # what a model of one's own prints
+        found = check_case(path, show_building)
     if plot is not None:
         _draw(path, plot)
     if as_json:

@@ -15,6 +15,7 @@ from fmu_sources.composed import registry
 from fmu_sources.export.own_model import OwnModelError, added, load_model
 from fmu_sources.framework.instance import Instance
 from master.cli import main
+from master.errors import ConfigError
 
 RIG = '''"""Specimen on a spring: F = k q + c q' (slot `force`)."""
 
@@ -168,6 +169,19 @@ def test_what_a_model_prints_while_it_is_loaded_and_checked_does_not_reach_stand
     said = capsys.readouterr()
     assert said.out == ""
     assert {"loaded", "checked"} <= set(said.err.split())
+
+
+def test_what_models_print_while_a_case_is_checked_is_no_part_of_the_answer_as_data(tmp_path, monkeypatch):
+    def talking(path, progress):
+        sys.stdout.write("traced\n")
+        raise ConfigError(["wrong"])
+
+    monkeypatch.setattr("master.diagnosis.judge.checked.check_case", talking)
+
+    done = checked(written(tmp_path, "traced_specimen"), "--json")
+
+    assert json.loads(done.stdout) == {"status": "failed", "problems": ["wrong"]}
+    assert done.stderr.splitlines() == ["traced", "wrong"]
 
 
 def newly_imported(folder: Path, module: str) -> set[str]:
