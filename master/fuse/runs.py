@@ -51,6 +51,17 @@ class FusedForm:
     start: Floats
     places: Mapping[str, int]
 
+    def require(self, signals: Collection[str]) -> None:
+        """
+        See that start values of these signals can be set.
+
+        Raises:
+            ConfigError: With those that cannot, as a connection replaces them.
+        """
+        others = sorted(signal for signal in signals if signal not in self.places)
+        if others:
+            raise ConfigError([f"start values that a connection replaces: {', '.join(others)}"])
+
     def start_of(self, instances: Mapping[str, Instance]) -> Floats | None:
         """Return the start values of a run; None if they are not all among those that may be set."""
         start = self.start.copy()
@@ -144,10 +155,7 @@ def draft_of(experiment: Experiment) -> Draft:
         told.update(f"\0{name}\0".encode() + content)
     library = cache_folder() / "fused" / f"{told.hexdigest()}.so"
     form = FusedForm(library, *_start(fused))
-    others = [f"{i.name}.{v}" for i in fused.system.instances.values() for v in i.start]
-    others = [signal for signal in others if signal not in form.places]
-    if others:
-        raise ConfigError([f"start values that a connection replaces: {', '.join(others)}"])
+    form.require([f"{i.name}.{v}" for i in fused.system.instances.values() for v in i.start])
     return Draft(form, files)
 
 

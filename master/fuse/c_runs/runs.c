@@ -29,7 +29,7 @@ typedef struct {
 } Ended;
 
 static void keep_quiet(const Instance *instance, const char *message) {
-    (void)instance, (void)message; /* who makes the run again hears what is wrong from the FMUs themselves */
+    (void)instance, (void)message; /* the master repeats the run with the FMUs, which report the fault */
 }
 
 static void keep(const double *row, const Chosen *kept, double *chosen) {

@@ -4,18 +4,21 @@ from __future__ import annotations
 
 import shutil
 import sys
+from pathlib import Path
 
 import numpy as np
 import pyarrow.dataset as pads
 import pytest
 import yaml
 
+from fmu_sources.export import native
+from fmu_sources.export.native import NativeBuildError
 from master.campaign import fused, stepper
 from master.campaign.fused import FUSED, Fusing
 from master.campaign.plan import make_plan
 from master.campaign.stepper import Stepper
 from master.campaign.sweep import sweep
-from master.fuse.runs import fused_form
+from master.fuse.runs import Draft, FusedForm, fused_form
 from tests.master.fuse.systems import MEMBERS, loop
 
 pytestmark = [
@@ -90,7 +93,7 @@ def test_a_campaign_says_how_many_runs_were_fused_and_its_dataset_is_the_same(pl
         for name in ("apart", "fused")
     ]
 
-    assert (few.fused, few.apart) == (0, {fused.NOT_YET: 1, fused.TOO_FEW: 39})
+    assert (few.fused, few.apart) == (0, {fused.TOO_FEW: 40})
     assert found.fused >= 30
     assert found.fused + sum(found.apart.values()) == 40
     assert set(found.apart) <= {fused.NOT_YET, stepper.FIRST}
@@ -115,6 +118,35 @@ def reason(planned):
     fusing.advance()
     fusing.close()
     return fusing.form
+
+
+def test_what_is_known_without_sources_is_said_of_the_first_run_on(plan):
+    assert Fusing(plan({"spacecraft.m_s": {"values": [300.0, 900.0]}})).form == fused.TOO_FEW
+    order = {"coupling.order": {"values": [MEMBERS, [MEMBERS]]}}
+    assert Fusing(plan(order)).form == "coupling.order changes the system itself"
+
+
+def test_the_failure_of_a_compiler_is_told_with_its_first_line(plan, monkeypatch):
+    def fail(sources, name):
+        raise NativeBuildError(
+            f"native build of {name}: the compiler failed:\nruns.c:7: no such file\n  1 error"
+        )
+
+    monkeypatch.setattr(native, "begin_host", fail)
+    monkeypatch.setattr("master.fuse.runs.Draft.is_compiled", False)
+    many = {"design": {"method": "random", "size": 100_000}}
+    told = reason(plan({"spacecraft.m_s": {"uniform": [300.0, 900.0]}}, **many))
+
+    assert told == "native build of runs: the compiler failed: runs.c:7: no such file"
+
+
+def test_a_varied_value_that_the_form_does_not_take_is_named_before_anything_is_compiled(plan, monkeypatch):
+    draft = Draft(FusedForm(Path("none"), np.zeros(0), {}), {})
+    monkeypatch.setattr(fused, "draft_of", lambda base: draft)
+    many = {"design": {"method": "random", "size": 100_000}}
+    told = reason(plan({"spacecraft.m_s": {"uniform": [300.0, 900.0]}}, **many))
+
+    assert told == "start values that a connection replaces: spacecraft.m_s"
 
 
 def test_what_keeps_a_campaign_from_the_fused_form_is_said(plan, monkeypatch):
