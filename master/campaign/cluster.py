@@ -114,7 +114,7 @@ class Cluster:
                 batch = [order for _, order in zip(range(size), orders, strict=False)]
                 more = len(batch) == size
                 if batch:
-                    given = pickle.dumps([(order.run, order.more) for order in batch])
+                    given = pickle.dumps(batch)
                     task = self._client.submit(
                         run_batch, self._bundle, self._digest, given, pure=False, retries=3
                     )

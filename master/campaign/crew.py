@@ -14,7 +14,7 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from multiprocessing.connection import Connection, Pipe, wait
 from typing import Any
 
@@ -37,11 +37,16 @@ _FULL = 100  # runs after which a process's pace is known well
 
 @dataclass(frozen=True)
 class Order:
-    """A run to be made: its number in the sample, and values over those of the sample."""
+    """
+    A run to be made: its number in the sample, and values over those of the sample.
+
+    `is_apart`: the fused form has shown other bits, and is not to be used.
+    """
 
     run: int
     more: Mapping[str, Any] | None = None
     attempt: int = 1
+    is_apart: bool = False
 
 
 @dataclass
@@ -146,7 +151,7 @@ class Crew:
         news = None if hand.form is self._fusing.form else self._fusing.form
         hand.form = self._fusing.form
         with suppress(OSError):  # it has just ended: its pipe says so
-            hand.pipe.send((order.run, order.more, news))
+            hand.pipe.send((order, news))
 
     def _ahead(self) -> int:
         if self._done == 0:
@@ -201,7 +206,7 @@ class Crew:
         if orders and not hand.leaves:
             first = orders.popleft()
             if self._was_killed(hand) and first.attempt < _MOST_ATTEMPTS:
-                self._late.append(Order(first.run, first.more, first.attempt + 1))
+                self._late.append(replace(first, attempt=first.attempt + 1))
             else:
                 call = hand.child.position.call()
                 t = None if call is None else hand.child.position.time()
@@ -242,10 +247,10 @@ def _work(plan: Plan, here: Connection, there: Connection) -> None:
     stepper = Stepper(plan)
     try:
         while True:
-            run, more, form = there.recv()
+            order, form = there.recv()
             if form is not None:
-                stepper.form = form
-            row = stepper.row(run, more)
+                stepper.proven.form = form
+            row = stepper.row(order.run, order.more, is_apart=order.is_apart)
             there.send((row, stepper.is_spent))
             if stepper.is_spent:
                 os._exit(0)

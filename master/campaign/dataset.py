@@ -84,6 +84,31 @@ class Dataset:
         self._n_parts += 1
         self._rows.clear()
 
+    def keep_only(self, is_kept: NDArray[np.bool_]) -> int:
+        """
+        Remove the rows of all other runs, and return how many there were.
+
+        Args:
+            is_kept: Of each run of the sample, shape (runs,).
+
+        Raises:
+            DataError: If a file cannot be read or written; what has been removed then is removed.
+        """
+        self.flush()
+        removed = int((self.done & ~is_kept).sum())
+        try:
+            for part in self.path.glob(_PARTS):
+                table = pq.read_table(part)
+                kept = table.filter(is_kept[table["run"].to_numpy()])
+                if len(kept) == 0:
+                    part.unlink()
+                elif len(kept) < len(table):
+                    _write_whole(kept, part, self._folder)
+        except (OSError, pa.ArrowException) as error:
+            raise DataError(f"{self.path}: cannot be written: {reason(error)}") from None
+        self.done &= is_kept
+        return removed
+
     def _look(self) -> None:
         try:
             runs = read_columns(self.path, ["run"])["run"]

@@ -19,12 +19,11 @@ def main() -> None:
     crew = Crew(packed.unpacked(), 1)
     while True:
         try:
-            given: list[tuple[int, dict[str, float] | None]] = pickle.loads(pickle.load(sys.stdin.buffer))
+            given: list[Order] = pickle.loads(pickle.load(sys.stdin.buffer))
         except EOFError:
             crew.close()
             return
-        orders = iter([Order(run, more) for run, more in given])
-        rows: list[Row] = [row for row in crew.rows(orders, lambda: False, keep=True) if row is not None]
+        rows: list[Row] = [row for row in crew.rows(iter(given), lambda: False, keep=True) if row is not None]
         pickle.dump(pickle.dumps(rows), answers)
         answers.flush()
 

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -26,11 +26,13 @@ from .fused import FUSED
 from .interval import Interval, Running
 from .page import write_page
 from .plan import DIVERGED_SHARE, Plan
+from .proven import NOT_EXACT
 from .stepper import FAILURES, Row
 from .swept import Swept
 from .tune import at_optimum, tune
 
 MANIFEST, SUMMARY, PAGE = "campaign.json", "summary.json", "campaign.html"
+_IS_APART = "is_apart"  # key of the manifest: the fused form has shown other bits
 
 _FLUSH_SECONDS = 1.0
 _FLUSH_SHARE = 0.05  # of the time since the beginning, so that a long campaign has few files
@@ -98,7 +100,7 @@ def sweep(
             plan = at_optimum(plan, tuned)
         dataset = _opened(plan, folder, resume=resume)
         engine, n = _engine(plan, workers, scheduler)
-        course = _Course(plan, dataset, engine, n, shown, lambda: bool(interruption))
+        course = _Course(plan, folder, dataset, engine, n, shown, lambda: bool(interruption))
         try:
             course.run()
         finally:
@@ -141,6 +143,7 @@ class _Course:
     def __init__(
         self,
         plan: Plan,
+        folder: Path,
         dataset: Dataset,
         engine: Engine,
         workers: int,
@@ -148,6 +151,7 @@ class _Course:
         is_interrupted: Callable[[], bool],
     ) -> None:
         self.plan = plan
+        self.folder = folder
         self.dataset = dataset
         self.engine = engine
         self.workers = workers
@@ -155,33 +159,67 @@ class _Course:
         self.is_interrupted = is_interrupted
         until = plan.campaign.until
         self.measure = DIVERGED_SHARE if until is None else until.measure
-        is_share = self.measure == DIVERGED_SHARE
-        confidence = 0.95 if until is None else until.confidence
-        self.running = Running(is_share=is_share, confidence=confidence)
-        self.statuses: Counter[str] = Counter()
+        self._forget()
         self.wall = 0.0
         self.stepping = 0.0
         self.made: Counter[str] = Counter()
         self.ended = ""
+        self.is_apart = bool(_manifest(folder).get(_IS_APART))
+        self.known_apart = np.zeros_like(dataset.done)
+        self.discarded = 0
 
     def run(self) -> None:
         self._recall()
-        missing = (Order(int(run)) for run in np.flatnonzero(~self.dataset.done))
-        began = flushed = time.monotonic()
+        began = time.monotonic()
         if not self._is_narrow():
-            for row in self.engine.rows(missing, self._is_over):
-                if row is not None and self.dataset.add(row):
-                    self._count(row)
-                    self.made[row.made] += 1
-                now = time.monotonic()
-                if now - flushed > max(_FLUSH_SECONDS, _FLUSH_SHARE * (now - began)):
-                    self.dataset.flush()
-                    flushed = now
-                if row is None:
-                    self._show()
+            self._make(began)
+        if self.discarded and not self.ended:
+            self._make(began)  # what was removed
         self.wall = time.monotonic() - began
         self.dataset.flush()
         self._show()
+
+    def _make(self, began: float) -> None:
+        """Make the runs that have no row."""
+        missing = np.flatnonzero(~self.dataset.done)
+        orders = (Order(int(run), is_apart=self.is_apart) for run in missing)
+        flushed = time.monotonic()
+        for row in self.engine.rows(orders, self._is_over):
+            if row is not None:
+                self._take(row)
+            now = time.monotonic()
+            if now - flushed > max(_FLUSH_SECONDS, _FLUSH_SHARE * (now - began)):
+                self.dataset.flush()
+                flushed = now
+            if row is None:
+                self._show()
+
+    def _take(self, row: Row) -> None:
+        """Take a row, unless it is of a process that has not heard yet that the fused form is not exact."""
+        if row.made == NOT_EXACT and not self.is_apart:
+            self._doubt()
+        if self.is_apart and row.made == FUSED:
+            return
+        if self.dataset.add(row):
+            self.known_apart[row.run] = row.made not in (FUSED, "")
+            self._count(row)
+            self.made[row.made] += 1
+
+    def _doubt(self) -> None:
+        """Remove all rows but those made with the FMUs by this command, and use the fused form no more."""
+        self.is_apart = True
+        _write_manifest(self.folder, {**_manifest(self.folder), _IS_APART: True})
+        self.discarded = self.dataset.keep_only(self.known_apart)
+        self.made[FUSED] = self.made[""] = 0
+        self._forget()
+        self._recall()
+
+    def _forget(self) -> None:
+        """Begin to count."""
+        until = self.plan.campaign.until
+        confidence = 0.95 if until is None else until.confidence
+        self.running = Running(is_share=self.measure == DIVERGED_SHARE, confidence=confidence)
+        self.statuses: Counter[str] = Counter()
 
     def result(self, folder: Path) -> Swept:
         interval = self.running.interval()
@@ -198,7 +236,8 @@ class _Course:
             interval=told,
             restarts=getattr(self.engine, "restarts", 0),
             fused=self.made[FUSED],
-            apart={why: n for why, n in sorted(self.made.items()) if why not in (FUSED, "")},
+            apart={why: n for why, n in sorted(self.made.items()) if n and why not in (FUSED, "")},
+            discarded=self.discarded,
         )
 
     def _recall(self) -> None:
@@ -261,21 +300,32 @@ def _held(folder: Path) -> Iterator[None]:
         lock.release()
 
 
+def _manifest(folder: Path) -> dict[str, Any]:
+    """Read what a campaign's folder says of the campaign."""
+    found: dict[str, Any] = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
+    return found
+
+
+def _write_manifest(folder: Path, told: dict[str, Any]) -> None:
+    try:
+        write_whole(folder / MANIFEST, json.dumps(told, indent=2))
+    except OSError as error:
+        raise DataError(f"{folder}: cannot be written: {reason(error)}") from None
+
+
 def _opened(plan: Plan, folder: Path, *, resume: bool) -> Dataset:
     """Open the dataset of the folder; it must be new, or of this campaign."""
     manifest = folder / MANIFEST
+    known: dict[str, Any] = {}
     if manifest.is_file():
         if not resume:
             raise DataError(f"{folder}: holds a campaign already, expected --resume or another folder")
-        known = json.loads(manifest.read_text(encoding="utf-8"))
+        known = _manifest(folder)
         if known.get("digest") != plan.digest:
             expected = "the campaign, system and FMUs that it was begun with"
             raise ConfigError(
                 [Problem("another campaign", where=str(folder), got=plan.name, expected=expected)]
             )
     told = {"name": plan.name, "digest": plan.digest, "planned": plan.sample.n_runs}
-    try:
-        write_whole(manifest, json.dumps(told, indent=2))
-    except OSError as error:
-        raise DataError(f"{folder}: cannot be written: {reason(error)}") from None
+    _write_manifest(folder, {**known, **told})
     return Dataset(folder, plan)

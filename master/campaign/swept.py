@@ -14,7 +14,8 @@ class Swept:
     `statuses` counts the runs of the dataset by status; `wall_s` is the time of this command's runs [s],
     `stepping_share` that of it in which the processes stepped, mean of all; `ended` says why it ended early;
     `tuned` is what a search found, at which the runs were made then; `fused` counts this command's runs in
-    the fused form, `apart` the others by the reason.
+    the fused form, `apart` the others by the reason; `discarded` counts the rows that were removed
+    as the fused form had shown other bits; their runs are made again with the FMUs.
     """
 
     runs: int
@@ -30,6 +31,7 @@ class Swept:
     tuned: dict[str, Any] | None = None
     fused: int = 0
     apart: dict[str, int] = field(default_factory=dict)
+    discarded: int = 0
     interruption: int | None = field(default=None, repr=False)
 
     def as_dict(self) -> dict[str, Any]:

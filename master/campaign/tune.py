@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import closing
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -22,6 +23,7 @@ from master.recording.whole_file import write_whole
 from .campaign import Constraint, Tune
 from .crew import Crew, Order
 from .plan import Plan, plan_of
+from .proven import NOT_EXACT
 from .stepper import Row
 
 Floats = NDArray[np.float64]
@@ -33,6 +35,10 @@ _UNKNOWN = 1e24
 
 class _Interrupted(Exception):  # noqa: N818  # no error: a search that was asked to end
     """The search is asked to end."""
+
+
+class _Inexact(Exception):  # noqa: N818  # no error: a search that begins again
+    """The fused form has shown other bits."""
 
 
 @dataclass(frozen=True)
@@ -66,13 +72,13 @@ def tune(plan: Plan, folder: Path, workers: int, is_over: Callable[[], bool]) ->
         return Tuned(**json.loads(kept.read_text(encoding="utf-8")))
     wanted = plan.campaign.tune
     assert wanted is not None
-    search = _Search(plan, wanted, workers, is_over)
     try:
-        found = search.run()
+        try:
+            found = _Search(plan, wanted, workers, is_over).run()
+        except _Inexact:  # what it has found so far may be off
+            found = _Search(plan, wanted, workers, is_over, is_apart=True).run()
     except _Interrupted:
         return None
-    finally:
-        search.crew.close()
     write_whole(kept, json.dumps(asdict(found), indent=2, allow_nan=False))
     return found
 
@@ -86,17 +92,24 @@ def at_optimum(plan: Plan, found: Tuned) -> Plan:
 
 
 class _Search:
-    def __init__(self, plan: Plan, wanted: Tune, workers: int, is_over: Callable[[], bool]) -> None:
+    def __init__(
+        self, plan: Plan, wanted: Tune, workers: int, is_over: Callable[[], bool], *, is_apart: bool = False
+    ) -> None:
         self.plan = plan
         self.wanted = wanted
         self.names = tuple(str(name) for name in wanted.values)
         self.crew = Crew(plan, workers)
         self.is_over = is_over
+        self.is_apart = is_apart
         self.candidates = 0
         self.runs = 0
 
     def run(self) -> Tuned:
-        """Search."""
+        """Search, and end the processes."""
+        with closing(self.crew):
+            return self._found()
+
+    def _found(self) -> Tuned:
         wanted = self.wanted
         costs: Any = self._costs  # of many points at a time
         low, high = zip(*wanted.values.values(), strict=True)
@@ -137,10 +150,12 @@ class _Search:
     def _rows(self, candidates: Sequence[Mapping[str, float]]) -> list[list[Row]]:
         """Make all runs of some candidates."""
         runs = range(self.plan.sample.n_runs)
-        orders = (Order(run, candidate) for candidate in candidates for run in runs)
+        orders = (Order(run, candidate, is_apart=self.is_apart) for candidate in candidates for run in runs)
         found: dict[tuple[float, ...], list[Row]] = {}
         for row in self.crew.rows(orders, self.is_over, keep=True):
             if row is not None:
+                if row.made == NOT_EXACT and not self.is_apart:
+                    raise _Inexact
                 key = tuple(row.values[name] for name in self.names)
                 found.setdefault(key, []).append(row)
         if self.is_over():

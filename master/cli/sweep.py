@@ -80,6 +80,10 @@ def _say(found: Swept) -> None:
         say(f"{found.fused} of these runs in the fused form: the system compiled as one, with the same bits")
     for why, n in found.apart.items():
         say(f"{n} of them with the FMUs apart: {why}")
+    if found.discarded:
+        say(
+            f"{found.discarded} rows discarded and their runs made again: the fused form had shown other bits"
+        )
     say(f"{found.wall_s:.1f} s, {100 * found.stepping_share:.0f} % of it in stepping")
     say(f"dataset: {found.dataset}")
     if found.page:

@@ -35,6 +35,11 @@ from .export import fused_system
 from .layout import OUTPUT, Fused
 from .sources import run_sources
 
+REFUSED = "refused by an FMU, which says itself what is wrong"
+OTHER_SYSTEM = "the fused form is of another system"
+OTHER_START = "a start value that the fused form does not take"
+"""Why a run is not made in the fused form."""
+
 _NAME = "runs"
 
 
@@ -202,6 +207,7 @@ class FusedRuns:
 
     Raises:
         OSError: If the library cannot be loaded.
+        MemoryError: If there is no room for an instance.
     """
 
     def __init__(self, form: FusedForm, base: Experiment, kept: Collection[str] | None = None) -> None:
@@ -230,17 +236,20 @@ class FusedRuns:
         self._units = tuple(ports[i].variable.unit_name for i in self._kept)
         self._rows: Floats = np.empty((0, len(self._kept)))
 
-    def run(self, experiment: Experiment) -> Outcome | None:
+    def run(self, experiment: Experiment) -> Outcome | str:
         """
         Make a run; the rows of the outcome are good until the next one.
 
-        None if it is to be made with the FMUs themselves: it is of another system, or an FMU refuses.
+        Where it is to be made with the FMUs themselves, return why.
+
+        Raises:
+            MemoryError: If there is no room for the rows.
         """
         if not self._is_mine(experiment):
-            return None
+            return OTHER_SYSTEM
         start = self._form.start_of(experiment.system.instances)
         if start is None:
-            return None
+            return OTHER_START
         grid = experiment.grid
         position.current().begin(grid.t0, grid.step_size)
         if len(self._rows) <= grid.n_ticks:
@@ -260,7 +269,7 @@ class FusedRuns:
         )
         seconds = time.perf_counter() - began
         if not is_done:
-            return None
+            return REFUSED
         n_rows = ended.ticks + 1
         time_of_rows = grid.t0 + np.arange(n_rows).astype(np.float64) * grid.step_size
         result = Result(time_of_rows, self._names, self._units, self._rows[:n_rows])

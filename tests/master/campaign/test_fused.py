@@ -13,11 +13,12 @@ import yaml
 
 from fmu_sources.export import native
 from fmu_sources.export.native import NativeBuildError
-from master.campaign import fused, stepper
+from master.campaign import fused, proven
 from master.campaign.fused import FUSED, Fusing
 from master.campaign.plan import make_plan
 from master.campaign.stepper import Stepper
 from master.campaign.sweep import sweep
+from master.fuse import runs as fused_runs
 from master.fuse.runs import Draft, FusedForm, fused_form
 from tests.master.fuse.systems import MEMBERS, loop
 
@@ -76,14 +77,14 @@ def test_rows_of_the_fused_form_are_those_of_the_fmus_to_the_bit_and_word(plan, 
     for one, other in zip(rows, apart, strict=True):
         assert list(one.signals) == list(other.signals)
         assert all(one.signals[n].tobytes() == other.signals[n].tobytes() for n in one.signals)
-    assert rows[0].made == stepper.FIRST
+    assert rows[0].made == proven.FIRST
     assert {row.made for row in rows[1:] if row.status != "failed"} == {FUSED}
-    assert {row.made for row in rows if row.status == "failed"} == {stepper.REFUSED}
+    assert {row.made for row in rows if row.status == "failed"} == {fused_runs.REFUSED}
     assert any(row.status == "diverged" and 10 < row.steps < 290 for row in rows)
 
 
 def test_a_campaign_says_how_many_runs_were_fused_and_its_dataset_is_the_same(plan, tmp_path, monkeypatch):
-    planned = plan({"spacecraft.m_s": {"linspace": [300.0, 900.0, 40]}})
+    planned = plan({"spacecraft.m_s": {"values": np.linspace(900.0, 300.0, 40).tolist()}})
     few = sweep(planned, tmp_path / "apart", 1, page=False)
     fused_form(planned.base)
     monkeypatch.setattr(fused, "_LOOK", 0.0)
@@ -96,7 +97,7 @@ def test_a_campaign_says_how_many_runs_were_fused_and_its_dataset_is_the_same(pl
     assert (few.fused, few.apart) == (0, {fused.TOO_FEW: 40})
     assert found.fused >= 30
     assert found.fused + sum(found.apart.values()) == 40
-    assert set(found.apart) <= {fused.NOT_YET, stepper.FIRST}
+    assert set(found.apart) <= {fused.NOT_YET, proven.FIRST}
     assert tables[0].equals(tables[1])
 
 
@@ -109,7 +110,7 @@ def test_a_form_with_other_bits_makes_no_run(plan):
     right = Stepper(planned)
     made = [wrong.row(run) for run in range(3)]
 
-    assert [row.made for row in made] == [stepper.FIRST, stepper.NOT_EXACT, stepper.NOT_EXACT]
+    assert [row.made for row in made] == [proven.NOT_EXACT] * 3
     assert [told(row) for row in made] == [told(right.row(run)) for run in range(3)]
 
 
