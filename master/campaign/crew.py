@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import os
 import signal
+import sys
 import time
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping
@@ -18,8 +19,9 @@ from dataclasses import dataclass, field, replace
 from multiprocessing.connection import Connection, Pipe, wait
 from typing import Any
 
+from master.errors import ConfigError, Problem
 from master.fuse.runs import FusedForm
-from master.process import signals
+from master.process import child, signals
 from master.process.child import Child
 from master.stepping.machine.compiled import load_plain
 
@@ -63,6 +65,23 @@ class _Hand:
     since: float = 0.0
     leaves: bool = False
     form: FusedForm | str | None = None
+
+
+def require_fork(where: str) -> None:
+    """
+    See that this system can fork processes.
+
+    Args:
+        where: What needs them.
+
+    Raises:
+        ConfigError: If it cannot.
+    """
+    if not child.IS_POSSIBLE:
+        expected = "Linux, or --scheduler for a campaign without tune"
+        raise ConfigError(
+            [Problem("makes its runs in forked processes", where=where, got=sys.platform, expected=expected)]
+        )
 
 
 class Crew:
@@ -160,11 +179,11 @@ class Crew:
 
     def _hire(self) -> _Hand:
         here, there = Pipe()
-        child = Child()
+        worker = Child()
         with signals.held():  # what a terminal sends to all is this process's matter
-            child.begin(lambda: _work(self.plan, here, there))
+            worker.begin(lambda: _work(self.plan, here, there))
         there.close()
-        hand = _Hand(child, here)
+        hand = _Hand(worker, here)
         self._hands.append(hand)
         return hand
 

@@ -20,7 +20,7 @@ from master.recording.lock import FileLock, Held
 from master.recording.whole_file import write_whole
 
 from .cluster import Cluster
-from .crew import Crew, Order
+from .crew import Crew, Order, require_fork
 from .dataset import RUNS, Dataset, read_columns
 from .fused import FUSED
 from .interval import Interval, Running
@@ -89,8 +89,11 @@ def sweep(
 
     Raises:
         DataError: If the folder cannot be written, or holds a campaign and is not to be resumed.
-        ConfigError: If it holds another campaign, or the cluster cannot make the runs.
+        ConfigError: If it holds another campaign, the cluster cannot make the runs, or this system cannot
+            fork the processes that would.
     """
+    if scheduler is None or plan.campaign.tune is not None:
+        require_fork(plan.name)
     with _held(folder), signals.noted() as interruption:
         tuned = None
         if plan.campaign.tune is not None:

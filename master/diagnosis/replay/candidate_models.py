@@ -15,6 +15,7 @@ from master.diagnosis.case.cut import CutPart, CutSystem
 from master.errors import ConfigError
 from master.fmi.description_reader import read_description
 from master.fmi.structure import with_structure
+from master.process import child
 from master.process.workers import each_needed, workers
 from master.text.signal_name import SignalName
 
@@ -45,7 +46,7 @@ class ModelPool:
 
     def build(self, models: Sequence[tuple[PlacedEffect, ...]], progress: Callable[[str], None]) -> None:
         """
-        Build what is missing of several models, on all processors.
+        Build what is missing of several models, on all processors where the system can fork.
 
         Raises:
             ConfigError: If one cannot be built here.
@@ -54,12 +55,15 @@ class ModelPool:
         stale = sorted(n for n in names if not build.target(n).is_current())
         if not stale:
             return
+        if not child.IS_POSSIBLE:
+            for name in stale:
+                _raise_if_wrong(name, _build(name))
+                progress(name)
+            return
         with each_needed(), workers(min(len(stale), os.cpu_count() or 1), "fork") as pool:
             building = [pool.submit(_build, name) for name in stale]
             for name, built in zip(stale, building, strict=True):
-                fault = built.result()
-                if fault:
-                    raise ConfigError([f"{name}.fmu: {fault}"])
+                _raise_if_wrong(name, built.result())
                 progress(name)
 
     def player(self, effects: tuple[PlacedEffect, ...]) -> Player:
@@ -111,3 +115,8 @@ def _build(name: str) -> str:
     except NativeBuildError as error:
         return str(error)
     return ""
+
+
+def _raise_if_wrong(name: str, fault: str) -> None:
+    if fault:
+        raise ConfigError([f"{name}.fmu: {fault}"])
