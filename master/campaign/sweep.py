@@ -211,8 +211,8 @@ class _Course:
     def _doubt(self) -> None:
         """Remove all rows but those made with the FMUs by this command, and use the fused form no more."""
         self.is_apart = True
-        _write_manifest(self.folder, {**_manifest(self.folder), _IS_APART: True})
         self.discarded = self.dataset.keep_only(self.known_apart)
+        _write_manifest(self.folder, {**_manifest(self.folder), _IS_APART: True})
         self.made[FUSED] = self.made[""] = 0
         self._forget()
         self._recall()
