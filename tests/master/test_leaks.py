@@ -20,7 +20,6 @@ pytestmark = [
 
 RUNS = int(os.environ.get("DOCKLOOP_LEAK_RUNS", "2000"))  # 10 000 and more on demand
 WARM_UP = 500
-PAGE = 4096
 
 
 @pytest.fixture
@@ -51,7 +50,10 @@ def mapped():
 
 
 def resident():
-    return PAGE * int(Path("/proc/self/statm").read_text().split()[1])
+    """Memory that the process has allocated: pages of files come and go as others need room."""
+    lines = Path("/proc/self/status").read_text().splitlines()
+    kilobytes = dict(line.split()[:2] for line in lines if line.startswith("Rss"))
+    return 1024 * (int(kilobytes["RssAnon:"]) + int(kilobytes["RssShmem:"]))
 
 
 def run(experiment, n):
