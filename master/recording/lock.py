@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import errno
 import os
+import time
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,15 @@ try:
     def _take(descriptor: int) -> None:
         fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
 
+    def _has_ended(pid: str) -> bool:
+        try:
+            os.kill(int(pid), 0)
+        except ProcessLookupError:
+            return True
+        except (ValueError, OSError):
+            pass
+        return False
+
 except ImportError:  # Windows
     import msvcrt
 
@@ -21,6 +31,15 @@ except ImportError:  # Windows
 
     def _take(descriptor: int) -> None:
         _windows.locking(descriptor, _windows.LK_NBLCK, 1)
+
+    def _has_ended(pid: str) -> bool:
+        return False
+
+
+_PATIENCE_SECONDS = (
+    10.0  # in which the children of a process that was killed have ended, on a busy machine too
+)
+_LOOK_SECONDS = 0.02
 
 
 class Held(Exception):  # noqa: N818 - says who holds the file
@@ -35,7 +54,7 @@ class FileLock:
     """
     Hold a file, which begins with the process's number in a line.
 
-    A file that a process left when it was killed is held by nobody and is taken.
+    A file that a process left when it was killed is taken, once the children that ended with it are gone too.
 
     Raises:
         Held: If another process has it.
@@ -45,8 +64,14 @@ class FileLock:
     def __init__(self, path: Path) -> None:
         self._path = path
         self._descriptor = -1
+        until = time.monotonic() + _PATIENCE_SECONDS
         while self._descriptor < 0:
-            self._descriptor = _held(path)
+            try:
+                self._descriptor = _held(path)
+            except Held as held:
+                if not _has_ended(held.pid) or time.monotonic() > until:
+                    raise
+                time.sleep(_LOOK_SECONDS)
 
     def fill(self, n_bytes: int) -> None:
         """Make the file n_bytes long; OSError, and nobody holds it, if there is no room for them."""
