@@ -174,20 +174,23 @@ class Instance:
         h = period / n
         n_c = self.model.n_continuous
         held = self.values[self._x][n_c:]
-        derivatives, m = self.model.derivatives, self.m
-        state, flat = self.model.states.record, self.model.continuous.flat
+        derivatives = self.model.derivatives
+        state = self.model.states.record
+        flat = self.model.continuous.flat
         inputs = self._inputs_within_a_step()
 
         def h_times_derivatives(place: float, x: list[float]) -> list[float]:
             u = inputs(first + share * (place / n))
-            return [h * d for d in flat(derivatives(t + place * h, state(x + held), u, p, m))]
+            return [h * d for d in flat(derivatives(t + place * h, state(x + held), u, p, self.m))]
 
         x = self.values[self._x][:n_c]
         self.values[self._x] = runge_kutta_4(h_times_derivatives, n, x) + held
 
     def _inputs_within_a_step(self) -> Callable[[float], Any]:
         """Return the inputs by the share of the communication step, 0 at its start, 1 at its end."""
-        old, new, mode = self.previous_inputs, self.values[self._u], self._hold()
+        old = self.previous_inputs
+        new = self.values[self._u]
+        mode = self._hold()
         record = self.model.inputs.record
         if mode in (InputHold.hold_new, InputHold.hold_old):
             held = record(new if mode == InputHold.hold_new else old)

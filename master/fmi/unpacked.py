@@ -44,7 +44,8 @@ def kept() -> Iterator[None]:
     For many runs of FMUs that are known to leave what they were unpacked with as it is.
     """
     global _is_kept
-    before, _is_kept = _is_kept, True
+    before = _is_kept
+    _is_kept = True
     try:
         yield
     finally:

@@ -283,11 +283,11 @@ class FusedRuns:
         self._instance = None
 
     def _is_mine(self, experiment: Experiment) -> bool:
-        mine, other = self._base, experiment
+        base = self._base
         return (
-            other.system.wires is mine.system.wires
-            and other.schedule is mine.schedule
-            and other.config is mine.config
+            experiment.system.wires is base.system.wires
+            and experiment.schedule is base.schedule
+            and experiment.config is base.config
         )
 
     def _cause(self, ended: _Ended) -> str:

@@ -64,22 +64,29 @@ def lag(late: Floats, early: Floats) -> int:
     Sums over what is left after a lag are those of the whole less those of the few samples at one end. A lag
     after which one of the two does not move any more says nothing.
     """
-    late, early = late - late.mean(), early - early.mean()
+    late = late - late.mean()
+    early = early - early.mean()
     n = len(late)
-    all_a, all_b = _product(late, late), _product(early, early)
-    best, found = -math.inf, 0
+    all_a = _product(late, late)
+    all_b = _product(early, early)
+    best = -math.inf
+    found = 0
     for i in range(min(LARGEST_LAG + 1, n - 1)):
         left = n - i
-        a, b = late[i:], early[:left]
-        sum_a, sum_b = -late[:i].sum(), -early[left:].sum()
+        a = late[i:]
+        b = early[:left]
+        sum_a = -late[:i].sum()
+        sum_b = -early[left:].sum()
         square_a = all_a - _product(late[:i], late[:i])
         square_b = all_b - _product(early[left:], early[left:])
-        variance_a, variance_b = square_a - sum_a * sum_a / left, square_b - sum_b * sum_b / left
+        variance_a = square_a - sum_a * sum_a / left
+        variance_b = square_b - sum_b * sum_b / left
         if variance_a <= AT_REST * all_a or variance_b <= AT_REST * all_b:
             continue
         correlation = (_product(a, b) - sum_a * sum_b / left) / math.sqrt(variance_a * variance_b)
         if correlation > best:
-            best, found = correlation, i
+            best = correlation
+            found = i
     return found
 
 

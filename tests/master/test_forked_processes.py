@@ -5,7 +5,9 @@ import sys
 
 import pytest
 
-pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="no process is forked here")
+pytestmark = pytest.mark.skipif(
+    not sys.platform.startswith("linux"), reason="FMUs are called in forked processes on Linux alone"
+)
 
 CHILD_THAT_EXITS = """
 import ctypes, os

@@ -95,7 +95,8 @@ class Subsystem:
 
 @cache
 def _unpacked(name: str) -> tuple[ModelDescription, TemporaryDirectory[str]]:
-    path, folder = str(PROJECT / "fmus" / f"{name}.fmu"), TemporaryDirectory()
+    path = str(PROJECT / "fmus" / f"{name}.fmu")
+    folder = TemporaryDirectory()
     extract(path, folder.name)
     return read_model_description(path), folder
 

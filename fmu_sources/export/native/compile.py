@@ -24,8 +24,8 @@ CODE_FLAGS = (
     "-ffp-contract=off",  # no fused multiply-add: equal bits on every platform
     "-fno-math-errno",
 )
-_MESSAGES = "messages.txt"  # of the compiler
 FLAGS = (*CODE_FLAGS, "-fvisibility=hidden", "-fPIC", "-shared", "-s")
+_MESSAGES = "messages.txt"  # of the compiler
 
 
 def compile_host(sources: Mapping[str, bytes], model_identifier: str) -> bytes:

@@ -238,7 +238,7 @@ def _idle(loaded: LoadedCase, system: System) -> Iterator[str]:
 
 
 def _primary(system: System, signal: str) -> str:
-    """Name of the variable that stands for all that share a value with a signal; what is none as it is."""
+    """Name of the variable that represents all that share a value with a signal; any other text unchanged."""
     try:
         return system.primary(signal).name
     except (KeyError, ValueError):

@@ -156,7 +156,8 @@ class Cost:
         effects = sum(p.effects for p in self.parts)
         built = round(max((p.to_build for p in self.parts), default=0.0))
         parts = f"{len(self.parts)} part{'s' if len(self.parts) != 1 else ''}"
-        steps, substeps = sum(p.steps for p in self.parts), sum(p.substeps for p in self.parts)
+        steps = sum(p.steps for p in self.parts)
+        substeps = sum(p.substeps for p in self.parts)
         return (
             f"a diagnosis takes about {_rounded(self.seconds)} of processor time ({_rounded(self.low)} if "
             f"nothing is missing, {_rounded(self.high)} or more if the search goes on): "

@@ -24,7 +24,9 @@ from tests.master.fuse.systems import MEMBERS, loop
 
 pytestmark = [
     pytest.mark.slow,
-    pytest.mark.skipif(not sys.platform.startswith("linux"), reason="runs are not forked here"),
+    pytest.mark.skipif(
+        not sys.platform.startswith("linux"), reason="campaigns fork their runs, and say so elsewhere"
+    ),
 ]
 
 OTHERS = {"wall_s", "stepping_s"}

@@ -7,8 +7,6 @@ import pytest
 
 from master.recording.lock import FileLock, Held
 
-pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="forks")
-
 HOLDER = """
 import os, sys, time
 from pathlib import Path
@@ -23,6 +21,7 @@ os._exit(0)
 """
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="on Windows no child inherits the lock")
 def test_a_file_is_taken_once_the_children_of_a_process_that_ended_have_ended_too(tmp_path):
     path = tmp_path / "lock"
     subprocess.run([sys.executable, "-c", HOLDER, str(path), "0.5"], check=True, stdout=subprocess.PIPE)

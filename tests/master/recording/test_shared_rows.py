@@ -37,7 +37,7 @@ def test_a_row_wider_than_that_is_taken_alone():
     assert [len(rows.take(3)) for _ in range(4)] == [1, 1, 1, 0]
 
 
-@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="looks into /proc")
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="counts pages as /proc of Linux shows them")
 def test_a_ring_has_all_its_pages_before_rows_come():
     rows = SharedRows(Position(shared_memory(N_BYTES)), N_SIGNALS, 10**7, is_ring=True)
     before = shared_megabytes()

@@ -69,7 +69,8 @@ def residual(part: PartResult) -> Figure:
     """Draw the residual over time, and its spectrum."""
     found = residuals_of(part)
     figure, axes = new_grid(2, 1, HEIGHT, GAPS)
-    over_time, spectrum = axes[:, 0]
+    over_time = axes[0, 0]
+    spectrum = axes[1, 0]
     _time(over_time, part, found.left, f"{found.signal} [{found.unit}]")
     legend(figure, over_time)
     _spectrum(spectrum, part, found.left, found.unit)

@@ -9,7 +9,7 @@ import shutil
 import struct
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
@@ -126,39 +126,45 @@ def test_a_compiler_error_is_passed_on() -> None:
         native.compile_host({"a.c": b"not C"}, "specimen")
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="needs a shell")
-def test_a_release_that_fails_on_one_platform_ends_the_compilers_of_the_others(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    compiler = f'test "$2" = {RELEASE[0].zig_target} && exit 1; sleep 2; touch {tmp_path}/"$2"'
-    monkeypatch.setattr(compiling, "_zig", lambda: ["sh", "-c", compiler, "zig"])
+@pytest.fixture
+def compilations(monkeypatch: pytest.MonkeyPatch) -> list[compiling.Compilation]:
+    """What a release began: compilers that would take minutes, but for the first platform's, which fails."""
+    begun: list[compiling.Compilation] = []
+    compiler = f"import sys, time; sys.argv[2] == {RELEASE[0].zig_target!r} and sys.exit(1); time.sleep(600)"
 
+    class Noted(compiling.Compilation):
+        def __init__(
+            self, sources: Mapping[str, bytes], command: Sequence[str], name: str, extra: Sequence[str]
+        ) -> None:
+            super().__init__(sources, command, name, extra)
+            begun.append(self)
+
+    monkeypatch.setattr(compiling, "_zig", lambda: [sys.executable, "-c", compiler])
+    monkeypatch.setattr(compiling, "Compilation", Noted)
+    return begun
+
+
+def test_a_release_that_fails_on_one_platform_ends_the_compilers_of_the_others(
+    compilations: list[compiling.Compilation],
+) -> None:
     with pytest.raises(native.NativeBuildError, match="the compiler failed"):
         native.compile_release({}, "specimen")
 
-    assert list(tmp_path.iterdir()) == []
+    assert [compilation.is_done() for compilation in compilations] == [True] * len(RELEASE)
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="needs a shell")
 def test_an_interrupt_while_a_release_waits_for_one_compiler_ends_all(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    compilations: list[compiling.Compilation], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    library = compiling.Compilation.library
-    waited_for = []
-
     def interrupted(compilation: compiling.Compilation) -> bytes:
-        waited_for.append(compilation)
-        if len(waited_for) == 1:
-            raise KeyboardInterrupt
-        return library(compilation)
+        raise KeyboardInterrupt
 
-    monkeypatch.setattr(compiling, "_zig", lambda: ["sh", "-c", f'sleep 2; touch {tmp_path}/"$2"', "zig"])
     monkeypatch.setattr(compiling.Compilation, "library", interrupted)
 
     with pytest.raises(KeyboardInterrupt):
         native.compile_release({}, "specimen")
 
-    assert list(tmp_path.iterdir()) == []
+    assert [compilation.is_done() for compilation in compilations] == [True] * len(RELEASE)
 
 
 def test_a_fat_library_points_at_its_slices() -> None:
