@@ -207,8 +207,6 @@ def _told(error: BaseException, file: Path) -> str:
     own = [f for f in frames if Path(f.filename).resolve() == file.resolve()]
     if own:
         return f"{file}:{own[-1].lineno}: {text}"
-    return (
-        f"{file}: {text}"
-        if isinstance(error, SyntaxError)
-        else f"{file}: its equations cannot be exported: {text}"
-    )
+    if isinstance(error, SyntaxError):
+        return f"{file}: {text}"
+    return f"{file}: its equations cannot be exported: {text}"

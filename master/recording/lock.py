@@ -18,10 +18,8 @@ try:
     def _has_ended(pid: str) -> bool:
         try:
             os.kill(int(pid), 0)
-        except ProcessLookupError:
-            return True
-        except (ValueError, OSError):
-            pass
+        except (ValueError, OSError) as error:
+            return isinstance(error, ProcessLookupError)
         return False
 
 except ImportError:  # Windows
@@ -36,9 +34,7 @@ except ImportError:  # Windows
         return False
 
 
-_PATIENCE_SECONDS = (
-    10.0  # in which the children of a process that was killed have ended, on a busy machine too
-)
+_PATIENCE_SECONDS = 10.0  # until the children of a killed process have ended, on a busy machine too
 _LOOK_SECONDS = 0.02
 
 
