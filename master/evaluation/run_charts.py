@@ -169,7 +169,9 @@ def _limit_marks(
     if not bounds:
         return []
     sign = "+-" if len(bounds) == 2 else ""
-    label = f"limit {sign}{bounds[0]:g} of {signal}"
+    unit = chart.y_label.partition("[")[2].rstrip("]")
+    value = f"{sign}{bounds[0]:g} {'' if unit == '1' else unit}".rstrip()
+    label = f"limit {value} of {signal}"
     if len(bounds) == 1:
         return [Curve(label, time[[0, -1]], np.full(2, bounds[0]), DOTTED, signal)]
     begins = np.linspace(time[0], time[-1], N_DASHES, endpoint=False)

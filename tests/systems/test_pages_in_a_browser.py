@@ -96,6 +96,21 @@ def test_without_scripts_a_page_shows_its_pictures(browser, page):
         browser.scripts(run=True)
 
 
+def test_long_numbers_leave_room_for_the_label_of_their_axis(folder, browser):
+    """Numbers of six characters are some 46 px wide, their ticks 13, the label of the axis 20."""
+    file = folder / "long_numbers.html"
+    t = np.linspace(0.0, 1.0, 50)
+    both = [
+        Chart("force", "time [s]", "force [N]", [Curve("f", t, size * np.sin(9.0 * t))])
+        for size in (1.0, 3e4)
+    ]
+    file.write_text(rendered(folder, {"all": both}), encoding="utf-8")
+    browser.show(file, 1280, False)
+    short, long = browser.run("return [...document.querySelectorAll('.u-over')].map(e => e.offsetLeft)")
+
+    assert short < 46 + 13 + 20 <= long
+
+
 def test_arrow_keys_read_values(browser, page):
     browser.show(page)
     script = """const field = document.querySelector('.field'); field.focus();

@@ -8,7 +8,12 @@
   const isMarks = curve => curve.style === "cross" || curve.style === "circle";
   const FONT = "13px system-ui, 'Segoe UI', 'DejaVu Sans', sans-serif";
   const HEIGHT = 290, FRACTION = 0.2;
-  const Y_AXIS = { size: 52, labelSize: 20, gap: 3 }, X_AXIS = { size: 28, labelSize: 20, labelGap: 0, gap: 3 };
+  const Y_AXIS = { size: widthOfNumbers, labelSize: 20, gap: 3 }, X_AXIS = { size: 28, labelSize: 20, labelGap: 0, gap: 3 };
+
+  function widthOfNumbers(u, texts) {
+    u.ctx.font = FONT;
+    return Math.max(52, ...(texts || []).map(text => 18 + Math.ceil(u.ctx.measureText(text).width)));
+  }
 
   function decoded(array) {
     if ("n" in array) return Array.from({ length: array.n }, (_, k) => array.first + k * array.step);

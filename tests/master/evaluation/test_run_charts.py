@@ -75,14 +75,14 @@ def test_events_and_limits_within_the_range_are_marked(bay):
     more = "limits: {clock.t: 15, mass.x: 99}\nevents: [{at: 5.0, for: 1, freeze: mass.u}]\n"
     [own] = labels(drawn(bay, {"clock.t": TIME, "mass.x": TIME}, more))
 
-    assert own[2:] == ["limit 15 of clock.t", "event at 5 s"]
+    assert own[2:] == ["limit 15 m of clock.t", "event at 5 s"]
 
 
 def test_two_limits_are_one_curve_that_lies_on_both(bay):
     found = drawn(bay, {"clock.t": 2.0 * TIME - 20.0}, "limits: {clock.t: 15}\n")
     [_, limit] = found.charts[0].curves
 
-    assert limit.label == "limit +-15 of clock.t"
+    assert limit.label == "limit +-15 m of clock.t"
     assert {*limit.y[np.isfinite(limit.y)]} == {15.0, -15.0}
     assert np.all(np.diff(limit.x) > 0.0)
 
@@ -101,7 +101,7 @@ def test_a_limit_in_metres_is_marked_on_a_chart_in_millimetres(bay):
     more = "compare: {signal: mass.x, offset: 1e-5}\nlimits: {mass.x: 0.005}\n"
     found = drawn(bay, {"mass.x": 0.01 * np.sin(TIME)}, more)
 
-    assert found.charts[0].curves[1].label == "limit +-5 of mass.x"
+    assert found.charts[0].curves[1].label == "limit +-5 mm of mass.x"
 
 
 @pytest.mark.parametrize("more", ["", "compare: {signal: clock.t, offset: 1.0}\n"])
