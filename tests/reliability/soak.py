@@ -107,9 +107,13 @@ def own(number: int) -> float:
     """
     Memory that a process has allocated, what it shares with others by its share [MB].
 
-    Pages of libraries are left out: the share of them grows when a process of somebody else ends.
+    Pages of libraries are left out: the share of them grows when a process of somebody else ends. A process
+    that has ended and is not waited for has none.
     """
-    lines = Path(f"/proc/{number}/smaps_rollup").read_text().splitlines()
+    try:
+        lines = Path(f"/proc/{number}/smaps_rollup").read_text().splitlines()
+    except ProcessLookupError:
+        return 0.0
     return sum(int(line.split()[1]) for line in lines if line.startswith(("Pss_Anon:", "Pss_Shmem:"))) / 1024
 
 
@@ -133,13 +137,14 @@ class Looks:
         self.every = first
         self.done = 0
         self.seen: list[Held] = []
+        self.threads = threading.active_count()
 
     def advance(self, ticks: int) -> None:
         """Note that some ticks have been done."""
         self.done += ticks
         if self.done < self.every * (len(self.seen) + 1):
             return
-        if threading.active_count() > 1:  # which loads libraries that draw, as many as ever
+        if threading.active_count() > self.threads:  # which loads libraries that draw, as many as ever
             return
         with suppress(OSError):  # the process that steps may just have ended
             now = held()

@@ -66,9 +66,14 @@ static Arguments arguments(void) {
     return a;
 }
 
-static double steps(void) {
-    static const double usual[] = {1e-3, 2e-3, 1e-3, 0.0, -1.0, NAN, INFINITY, 1.7e-3};
-    return usual[draw(8)];
+/* A step that the model takes as long as nobody has changed its parameters. */
+static double good_step(void) {
+    return SAMPLE_TIME < 0 ? 1e-3 : model_variables[PLACE(SAMPLE_TIME)].start;
+}
+
+static double some_step(void) {
+    static const double good_steps[] = {1.0, 2.0, 1.0, 0.0, -1.0, NAN, INFINITY, 1.7};
+    return good_steps[draw(8)] * good_step();
 }
 
 static int state_call2(fmi2Component c, fmi2FMUstate *state) {
@@ -120,7 +125,7 @@ static void run2(void) {
     fmi2FMUstate state = NULL;
     fmi2Real t = 0.0;
     for (int k = 0; k < CALLS; k++) {
-        const double h = steps();
+        const double h = some_step();
         int status = fmi2OK;
         switch (draw(12)) {
         case 0:
@@ -150,7 +155,7 @@ static void run2(void) {
             break;
         case 8:
             fmi2GetRealStatus(c, fmi2LastSuccessfulTime, &t);
-            status = fmi2DoStep(c, t, 1e-3, 1);
+            status = fmi2DoStep(c, t, good_step(), 1);
             n_steps += status == fmi2OK;
             break;
         default:
@@ -236,10 +241,10 @@ static void run3(void) {
             check_status(fmi3ExitInitializationMode(c));
             break;
         case 2:
-            check_status(step3(c, steps()));
+            check_status(step3(c, some_step()));
             break;
         case 3:
-            n_steps += step3(c, 1e-3) == fmi3OK;
+            n_steps += step3(c, good_step()) == fmi3OK;
             break;
         case 4:
             check_status(other_call3(c, &state));
