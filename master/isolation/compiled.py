@@ -18,8 +18,9 @@ from llvmlite import binding, ir
 
 from master.fmi.description import Kind
 from master.fmi.native.cells import size_of
-from master.fmi.native.kept_code import MachineCode, compile_code, digest_of, load_code
+from master.fmi.native.kept_code import MachineCode, compile_code, digest_of, kept_file, load_code
 from master.fmi.value_types import BOOLEAN, FLOAT32, FLOAT64, INT32, INT_BOOLEAN
+from master.installation import cache_folder
 
 from . import serve, stub
 
@@ -99,8 +100,8 @@ def functions() -> Functions:
 
 
 def _code(function: Callable[..., int], signature: str) -> MachineCode:
-    name, digest = f"isolated-{function.__name__}", digest_of_sources()
-    return load_code(name, digest) or compile_code(name, digest, signature, function)
+    file = kept_file(cache_folder(), f"isolated-{function.__name__}", digest_of_sources())
+    return load_code(file) or compile_code(file, signature, function)
 
 
 @lru_cache(maxsize=1)

@@ -1,5 +1,5 @@
 """
-Calls of C functions by address, from Python and from numba-compiled code alike.
+Calls of C functions by address, from Python and from compiled code alike.
 
 Each function here has a Python form over ctypes and one for compiled code, a plain indirect call, so that
 the one stepping loop runs compiled and uncompiled.

@@ -28,8 +28,6 @@ from typing import Any
 
 from llvmlite import binding
 
-from master.installation import cache_folder
-
 from .jit import tell_numba
 
 binding.initialize_native_target()
@@ -80,17 +78,22 @@ def digest_of(sources: Sequence[Path]) -> str:
     return hashlib.sha256(b"\0".join([*texts, *map(str.encode, makers + processor)])).hexdigest()[:32]
 
 
-def load_code(name: str, digest: str) -> MachineCode | None:
-    """Load what is kept under a name and a digest (see `digest_of`), None if nothing is."""
+def kept_file(cache: Path, name: str, digest: str) -> Path:
+    """Return the file in a cache for code with a name and a digest, see `digest_of`."""
+    return Path(os.environ.get("NUMBA_CACHE_DIR") or cache / "compiled") / f"{name}-{digest}.o"
+
+
+def load_code(file: Path) -> MachineCode | None:
+    """Load what a file keeps, None if nothing is."""
     try:
-        kept = _Object.read(_file(name, digest).read_bytes())
+        kept = _Object.read(file.read_bytes())
     except OSError:
         return None
     return None if kept is None else _loaded(kept)
 
 
-def compile_code(name: str, digest: str, signature: str, function: Callable[..., Any]) -> MachineCode:
-    """Compile a function and keep it under a name and a digest; its signature is as for numba's `cfunc`."""
+def compile_code(file: Path, signature: str, function: Callable[..., Any]) -> MachineCode:
+    """Compile a function, and keep it in a file; its signature is as for numba's `cfunc`."""
     from numba import cfunc
 
     tell_numba()
@@ -99,12 +102,8 @@ def compile_code(name: str, digest: str, signature: str, function: Callable[...,
     module = library._final_module
     declared = [part.name for part in (*module.functions, *module.global_variables) if part.is_declaration]
     calls = tuple(name for name in declared if not name.startswith("llvm."))
-    _write(_file(name, digest), _Object(library._get_compiled_object(), made.native_name, calls).written())
+    _write(file, _Object(library._get_compiled_object(), made.native_name, calls).written())
     return MachineCode(made.address, made)
-
-
-def _file(name: str, digest: str) -> Path:
-    return Path(os.environ.get("NUMBA_CACHE_DIR") or cache_folder() / "compiled") / f"{name}-{digest}.o"
 
 
 def _loaded(kept: _Object) -> MachineCode | None:

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import ctypes
+import threading
 from collections.abc import Callable
-from enum import IntEnum
 from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from master.fmi.native.cells import integer_at, load, pointer_to, store
 from master.fmi.native.jit import is_switched_off
-from master.fmi.native.kept_code import compile_code, digest_of, load_code
+from master.fmi.native.kept_code import compile_code, digest_of, kept_file, load_code
 from master.fmi.value_types import FLOAT64, INT64
+from master.installation import cache_folder
 
 from .interpreter import Execution, LimitMonitor, execute, is_plain
 from .program import Floats, Integers, Memory
@@ -40,26 +42,17 @@ SOURCES = (
 Execute = Callable[..., Execution]
 
 
-class Frame(IntEnum):
-    """
-    Cells of 8 bytes through which a call of the compiled loop passes its arguments and its result.
-
-    Tables come first, three cells for each: address, rows, columns.
-    """
-
-    TABLES = 0
-    T0 = 3 * (len(Memory._fields) + len(LimitMonitor._fields) + 1)
-    H = T0 + 1
-    BEGIN = H + 1
-    END = BEGIN + 1
-    PACE = END + 1
-    RESULT = PACE + 1
-    CELLS = RESULT + len(Execution._fields)
-
-
-T0, H, BEGIN, END, PACE, RESULT = map(
-    int, (Frame.T0, Frame.H, Frame.BEGIN, Frame.END, Frame.PACE, Frame.RESULT)
-)
+# Cells of 8 bytes of a frame, through which a call passes its arguments and its result. Tables come first,
+# with address, rows and columns each.
+N_TABLES = len(Memory._fields) + len(LimitMonitor._fields)
+ROWS = 3 * N_TABLES
+T0 = ROWS + 3
+H = T0 + 1
+BEGIN = H + 1
+END = BEGIN + 1
+PACE = END + 1
+RESULT = PACE + 1
+N_CELLS = RESULT + len(Execution._fields)
 
 
 @lru_cache(maxsize=1)
@@ -104,29 +97,50 @@ def _executed(
     *,
     pace: int | None = None,
 ) -> Execution:
-    frame = np.zeros(Frame.CELLS, dtype=np.int64)
-    for i, table in enumerate((*memory, *monitor, rows)):
-        frame[3 * i : 3 * i + table.ndim + 1] = table.ctypes.data, *table.shape
+    if _last.memory is not memory or _last.monitor is not monitor:
+        _last.prepare(memory, monitor)
+    frame = _last.frame
+    frame[ROWS:T0] = rows.ctypes.data, *rows.shape
     frame[T0 : H + 1].view(np.float64)[:] = t0, h
     frame[BEGIN : PACE + 1] = begin, end, pace or 0
-    _function(is_plain=is_plain(memory), is_paced=pace is not None)(frame.ctypes.data)
+    _function(is_plain=_last.is_plain, is_paced=pace is not None)(_last.address)
     return Execution(*frame[RESULT:].tolist())
+
+
+class _Last(threading.local):
+    """The frame of what a thread executed last: of a program that goes on tick by tick it is made once."""
+
+    memory: Memory | None = None
+    monitor: LimitMonitor | None = None
+
+    def prepare(self, memory: Memory, monitor: LimitMonitor) -> None:
+        """Make a frame with the tables of a program."""
+        self.frame: NDArray[np.int64] = np.zeros(N_CELLS, dtype=np.int64)
+        for i, table in enumerate((*memory, *monitor)):
+            self.frame[3 * i : 3 * i + table.ndim + 1] = table.ctypes.data, *table.shape
+        self.address = self.frame.ctypes.data
+        self.is_plain = is_plain(memory)
+        self.memory = memory
+        self.monitor = monitor
+
+
+_last = _Last()
 
 
 @lru_cache(maxsize=4)
 def _function(*, is_plain: bool, is_paced: bool) -> Callable[[int], int]:
     name = f"loop{'-plain' if is_plain else ''}{'-paced' if is_paced else ''}"
-    digest = digest_of_sources()
-    code = load_code(name, digest)
+    file = kept_file(cache_folder(), name, digest_of_sources())
+    code = load_code(file)
     if code is None:
-        code = compile_code(name, digest, "int64(int64)", _on_a_frame(is_plain=is_plain, is_paced=is_paced))
+        code = compile_code(file, "int64(int64)", _on_a_frame(is_plain=is_plain, is_paced=is_paced))
     function = ctypes.PYFUNCTYPE(ctypes.c_int64, ctypes.c_int64)(code.address)
     function.code = code  # type: ignore[attr-defined]  # which lives as long
     return function
 
 
 def _on_a_frame(*, is_plain: bool, is_paced: bool) -> Callable[[int], int]:
-    """Return `execute` as a function of the address of a `Frame`."""
+    """Return `execute` as a function of the address of a frame."""
     from numba import carray  # type: ignore[attr-defined]
     from numba.extending import register_jitable
 
@@ -181,7 +195,7 @@ def _on_a_frame(*, is_plain: bool, is_paced: bool) -> Callable[[int], int]:
         )
         t0, h = load(frame, T0, FLOAT64), load(frame, H, FLOAT64)
         begin, end = integer_at(frame, BEGIN), integer_at(frame, END)
-        ended = execute(memory, monitor, t0, h, begin, end, rows_of_floats(frame, 23), general, pace)
+        ended = execute(memory, monitor, t0, h, begin, end, rows_of_floats(frame, N_TABLES), general, pace)
         store(frame, RESULT, INT64, float(ended.stop))
         store(frame, RESULT + 1, INT64, float(ended.ticks))
         store(frame, RESULT + 2, INT64, float(ended.where))
