@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import ctypes
+import struct
 import threading
 from collections.abc import Callable
 from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from master.fmi.native.cells import integer_at, load, pointer_to, store
 from master.fmi.native.jit import is_switched_off
@@ -53,6 +53,8 @@ END = BEGIN + 1
 PACE = END + 1
 RESULT = PACE + 1
 N_CELLS = RESULT + len(Execution._fields)
+_ARGUMENTS = struct.Struct("3q2d3q")  # from ROWS to PACE
+_RESULT = struct.Struct("5q")
 
 
 @lru_cache(maxsize=1)
@@ -61,6 +63,7 @@ def digest_of_sources() -> str:
     return digest_of([PACKAGE / f"{name}.py" for name in SOURCES])
 
 
+@lru_cache(maxsize=1)
 def compiled() -> Execute:
     """Return `execute` as compiled code: it takes the same arguments but `general`, `pace` by its name."""
     return _uncompiled if is_switched_off() else _executed
@@ -99,12 +102,9 @@ def _executed(
 ) -> Execution:
     if _last.memory is not memory or _last.monitor is not monitor:
         _last.prepare(memory, monitor)
-    frame = _last.frame
-    frame[ROWS:T0] = rows.ctypes.data, *rows.shape
-    frame[T0 : H + 1].view(np.float64)[:] = t0, h
-    frame[BEGIN : PACE + 1] = begin, end, pace or 0
+    _ARGUMENTS.pack_into(_last.frame, 8 * ROWS, rows.ctypes.data, *rows.shape, t0, h, begin, end, pace or 0)
     _function(is_plain=_last.is_plain, is_paced=pace is not None)(_last.address)
-    return Execution(*frame[RESULT:].tolist())
+    return Execution(*_RESULT.unpack_from(_last.frame, 8 * RESULT))
 
 
 class _Last(threading.local):
@@ -115,10 +115,11 @@ class _Last(threading.local):
 
     def prepare(self, memory: Memory, monitor: LimitMonitor) -> None:
         """Make a frame with the tables of a program."""
-        self.frame: NDArray[np.int64] = np.zeros(N_CELLS, dtype=np.int64)
+        cells = np.zeros(N_CELLS, dtype=np.int64)
         for i, table in enumerate((*memory, *monitor)):
-            self.frame[3 * i : 3 * i + table.ndim + 1] = table.ctypes.data, *table.shape
-        self.address = self.frame.ctypes.data
+            cells[3 * i : 3 * i + table.ndim + 1] = table.ctypes.data, *table.shape
+        self.frame = cells.data
+        self.address = cells.ctypes.data
         self.is_plain = is_plain(memory)
         self.memory = memory
         self.monitor = monitor
