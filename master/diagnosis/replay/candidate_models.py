@@ -116,7 +116,21 @@ def links(system: CutSystem, part: CutPart, files: Mapping[str, Path]) -> list[L
         if model is not None:
             read += [n for n in model.continuous.names if n in description.by_name]
         measured = {v: part.columns.index(column) for v, column in part.inputs[fmu].items()}
-        chain.append(Link(fmu, description, measured, part.wired[fmu], tuple(dict.fromkeys(read))))
+        conversions = {
+            name: part.conversions[f"{fmu}.{name}"]
+            for name in part.wired[fmu]
+            if f"{fmu}.{name}" in part.conversions
+        }
+        chain.append(
+            Link(
+                name=fmu,
+                description=description,
+                measured=measured,
+                wired=part.wired[fmu],
+                read=tuple(dict.fromkeys(read)),
+                conversions=conversions,
+            )
+        )
     return chain
 
 
