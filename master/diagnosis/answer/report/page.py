@@ -38,8 +38,8 @@ def page(report: Mapping[str, Any], panels: Sequence[Panel], units: Units) -> st
         panels: Charts and pictures that were drawn.
         units: Name of the unit of each variable `fmu.name`.
     """
-    drawn = {panel.file.stem: panel.charts for panel in panels if panel.charts}
-    still = (panel.file for panel in panels if not panel.charts)
+    drawn = {panel.file.stem: panel.charts for panel in panels if panel.file and panel.charts}
+    still = (panel.file for panel in panels if panel.file and not panel.charts)
     return render(
         __package__ or "",
         "diagnosis.html.j2",
