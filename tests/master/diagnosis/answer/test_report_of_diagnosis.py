@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from fmu_sources.effects.catalogue import effect, listed
+from master.diagnosis.answer.report import tables
 from master.diagnosis.answer.report.charts import curve, residual_charts
 from master.diagnosis.answer.report.compared import worst_stretch
 from master.diagnosis.answer.report.drawing import broken, thinned
@@ -120,6 +121,16 @@ def test_a_law_that_is_only_the_nearest_is_not_said_to_be_missing():
         "No law is sure; the nearest is Coulomb friction (level 20.5"
     )
     assert "in axis.friction (nearest name). On rows" in first_sentence(report, UNITS)
+
+
+def test_a_parameter_that_could_be_nearly_anything_has_no_number_in_sentence_and_table():
+    report = made_up_report()
+    why = "its 95 % interval of +- 40 around 20.5 holds nearly all that it could be"
+    report["effects"][0]["parameters"]["level"] = None
+    report["parameters"]["axis.friction_coulomb_level"] |= {"with_effect": None, "no_number": why}
+
+    assert "(level has no number) in axis.friction" in first_sentence(report, UNITS)
+    assert tables.parameters(report["parameters"], UNITS).rows[0][-1] == f"no number: {why}"
 
 
 def test_a_law_is_an_equation_with_its_values():
