@@ -242,11 +242,20 @@ class Judge:
             predicted: What a model predicts.
             thorough: All regressors; the linear ones and the laws of the slots alone if False.
         """
-        left = np.nan_to_num(self.study.measured - predicted)
-        with threadpool_limits(limits=1):
-            return tuple(
-                self._channel(i, left[:, i], thorough=thorough) for i in range(len(self.study.bench.outputs))
-            )
+        key = (hash(predicted.tobytes()), thorough)
+        if key not in self._judged:
+            left = np.nan_to_num(self.study.measured - predicted)
+            with threadpool_limits(limits=1):
+                self._judged[key] = tuple(
+                    self._channel(i, left[:, i], thorough=thorough)
+                    for i in range(len(self.study.bench.outputs))
+                )
+        return self._judged[key]
+
+    @cached_property
+    def _judged(self) -> dict[tuple[int, bool], tuple[Adequacy, ...]]:
+        """What was judged already: several questions are asked of one prediction."""
+        return {}
 
     def _channel(self, i: int, left: Array, *, thorough: bool) -> Adequacy:
         bench = self.study.bench

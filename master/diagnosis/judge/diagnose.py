@@ -263,13 +263,16 @@ def _explained(result: PartResult, effects: Sequence[PlacedEffect], judge: Judge
             return result.final.is_quiet
         return all(c.is_silent for c in judge.judge(fitted.predicted, thorough=False))
 
-    def is_noise(fitted: Fit) -> bool:  # more than the floor is more, whether anything predicts it or not
+    def is_enough(fitted: Fit) -> bool:  # more than the floor is more, whether anything predicts it or not
         return all(c.is_adequate for c in judge.judge(fitted.predicted, thorough=False))
 
-    named = search(study, result.base, effects, is_adequate=is_adequate)
+    def is_noise(fitted: Fit) -> bool:
+        return all(c.is_silent and c.is_within_floor for c in judge.judge(fitted.predicted, thorough=False))
+
+    named = search(study, result.base, effects, is_adequate=is_adequate, is_noise=is_noise)
     result = replace(result, search=named, chosen=named.model, fit=named.fit)
     try:
-        named = with_laws_in_several_slots(study, named, effects, is_noise)
+        named = with_laws_in_several_slots(study, named, effects, is_enough, is_noise)
         result = replace(result, search=named, chosen=named.model, fit=named.fit)
         named = named_by_limits(study, with_rewritings(study, named, effects), effects)
         named = led_by_the_unobjected(study, named)

@@ -146,7 +146,7 @@ def test_every_effect_has_an_equation_for_the_report(name):
     assert "=" in equation_of(name)
 
 
-def test_charts_take_the_place_of_a_picture_and_names_stay_text(tmp_path):
+def test_charts_take_the_place_of_their_panel_which_is_not_drawn_again_and_names_stay_text(tmp_path):
     (tmp_path / "axis_sealed.png").write_bytes(b"picture")
     t = np.arange(3.0)
     nasty = "</script><img src=x onerror=alert(1)>"
@@ -170,11 +170,12 @@ def test_charts_take_the_place_of_a_picture_and_names_stay_text(tmp_path):
         "files": [nasty],
     }
 
-    text = page(report, [Panel(nasty, tmp_path / "axis_sealed.png", nasty, [chart])], {})
+    text = page(report, [Panel(nasty, tmp_path / "axis_sealed.png", nasty, [chart, chart])], {})
 
     assert "<img src=x" not in text
     assert text.count("</script>") == 3
-    assert "cGljdHVyZQ==" not in text
+    assert text.count('<img class="picture"') == text.count("data:image/png;base64,cGljdHVyZQ==") == 1
+    assert "image/svg+xml" not in text
     assert 'data-plots="axis_sealed"' in text
     assert "None was fitted." in text
 
