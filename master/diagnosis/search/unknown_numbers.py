@@ -37,7 +37,7 @@ def unknown_numbers(study: Study, model: ExtendedModel, fit: Fit) -> dict[str, s
         recorded = None if owner is None else _recorded(study, owner, p)
         if not half < float("inf"):
             found[p.name] = "nothing recorded depends on it"
-        elif _is_everything(p, value, half, recorded):
+        elif _is_everything(p, value, half, recorded) or (owner and _is_of_any_size(p, value, half)):
             found[p.name] = (
                 f"its 95 % interval of +- {half:.2g} around {value:.3g} holds nearly all that it could be"
             )
@@ -51,15 +51,13 @@ def of_effect(placed: PlacedEffect, unknown: Mapping[str, str]) -> dict[str, str
     return own
 
 
-def _is_everything(p: FreeParameter, value: float, half: float, recorded: float | None) -> bool:
-    """
-    Whether an interval holds nearly all that a parameter could be.
+def _is_of_any_size(p: FreeParameter, value: float, half: float) -> bool:
+    """Whether a number that need not be small for its kind may be nothing, or twice as much."""
+    return half > max(abs(value), p.scale)
 
-    That is its bounds where it has two that mean something; the positions that were recorded, for one; and
-    else, of a number that is not small for its kind, all from nothing to its double.
-    """
-    if half > max(abs(value), p.scale):
-        return True
+
+def _is_everything(p: FreeParameter, value: float, half: float, recorded: float | None) -> bool:
+    """Whether an interval holds nearly all between bounds that mean something, or of what was recorded."""
     ranges = [(p.low, p.high)] if p.high - p.low < LARGEST * p.scale else []
     if recorded is not None:
         ranges.append((max(p.low, -recorded), recorded))

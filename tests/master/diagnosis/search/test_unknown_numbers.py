@@ -74,3 +74,10 @@ def test_a_parameter_of_the_system_has_none_where_its_interval_holds_its_bounds(
     found = unknown(OVERFLOW, {"amplitude": 4.0, "edge": 2.0}, {"amplitude": 0.1, "edge": 0.5}, [base])
 
     assert ("contact.k_m" not in found) is has_number
+
+
+def test_a_damping_next_to_nothing_is_a_number_where_its_bounds_leave_much_more():
+    """It is within 0 and 39 000 of up to 600 000."""
+    base = FreeParameter("contact.c_m", 1.0, 0.0, 6.0e5, 1.0)
+
+    assert unknown(OVERFLOW, {"amplitude": 4.0, "edge": 2.0}, {"amplitude": 0.1, "edge": 0.5}, [base]) == {}
