@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from importlib.resources import files
 
-from fmu_sources.export.native.codegen import fmi_headers, wrapper_sources
 from master.system.graph import Port
 
 from .c_text import without_functions
 from .layout import Fused, FusedVariable
 from .program_c import TickWriter, number, plan, quoted, read
 from .refusal import refuse_long_program
+from .shared_c import fmi_headers, wrapper_sources
 from .start_c import StartWriter
 
 _NOT_OF_A_SYSTEM = (  # the parts of the wrapper that a system has in another form, or not at all

@@ -143,7 +143,7 @@ def tried_with(packages: list[str], *options: str) -> None:
     with tempfile.TemporaryDirectory(prefix="dockloop-") as place:
         python = Path(place) / "bin" / "python"
         subprocess.run([sys.executable, "-m", "venv", place], check=True)
-        install = [str(python), "-m", "pip", "install", *options, str(PROJECT), *packages, *TOOLS]
+        install = [str(python), "-m", "pip", "install", *options, f"{PROJECT}[native]", *packages, *TOOLS]
         subprocess.run(install, check=True)
         listed = [str(python), "-m", "pip", "list", "--format=freeze"]
         found = subprocess.run(listed, check=True, capture_output=True, text=True).stdout
