@@ -41,12 +41,12 @@ def fused_system(experiment: Experiment, *, carries: bool = False) -> Fused:
 
     Args:
         experiment: The system.
-        carries: Whether FMUs without sources that this project knows are carried along as they are.
+        carries: Whether it becomes an FMU, which has connectors and carries FMUs without known sources along.
 
     Raises:
         ConfigError: With every reason why the system cannot be one FMU.
     """
-    refuse(experiment)
+    refuse(experiment, is_exported=carries)
     system = experiment.system
     problems: list[Problem] = []
     models: dict[str, InnerModel] = {}

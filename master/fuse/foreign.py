@@ -162,22 +162,27 @@ class ForeignModel(InnerModel):
 
 def refusals(instance: Instance, system: System) -> list[Problem]:
     """Say what an instance whose FMU is carried along cannot have."""
-    received, sources = _wired(instance, system)
-    return [problem.at(f"fmus.{instance.name}") for problem in _problems(instance, {**received, **sources})]
+    received, handed, sources = _wired(instance, system)
+    wired = {**received, **handed, **sources}
+    return [problem.at(f"fmus.{instance.name}") for problem in _problems(instance, wired)]
 
 
-def _wired(instance: Instance, system: System) -> tuple[dict[str, Variable], dict[str, Variable]]:
-    """Variables by name that connections set, and that they read."""
-    received = [w.target.variable for w in system.wires_into(instance.name)]
-    sources = [w.source.variable for w in system.wires if w.source.instance == instance.name]
-    return {v.name: v for v in received}, {v.name: v for v in sources}
+def _wired(instance: Instance, system: System) -> list[dict[str, Variable]]:
+    """Variables by name that connections set, that inputs of the system set, and that connections read."""
+    name = instance.name
+    received = [w.target.variable for w in system.wires_into(name)]
+    handed = [w.target.variable for w in system.inlets if w.target.instance == name]
+    wires = (*system.wires, *system.outlets)
+    sources = [w.source.variable for w in wires if w.source.instance == name]
+    return [{v.name: v for v in variables} for variables in (received, handed, sources)]
 
 
 def foreign_model(instance: Instance, system: System, prefix: str) -> ForeignModel:
     """Make the model of an instance whose FMU is carried along, and that has no `refusals`."""
-    received, sources = _wired(instance, system)
+    received, handed, sources = _wired(instance, system)
+    wired = {*received, *handed, *sources}
     d = instance.description
-    chosen = [(v, role) for v in d.variables if (role := _role(v, {*received, *sources})) is not None]
+    chosen = [(v, role) for v in d.variables if (role := _role(v, wired)) is not None]
     chosen.sort(key=lambda pair: _ROLES.index(pair[1]))
     variables = [v for v, _ in chosen]
     rows = tuple(_row(v, role) for v, role in chosen)

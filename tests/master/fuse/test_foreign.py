@@ -27,6 +27,10 @@ WIRES = [
     ("three.Float64_out", "three.Float32_in"),
     ("three.Float32_out", "three.Int8_in"),
     ("three.Int8_out", "other.Integer_in"),
+    ("whole.push", "other.Real_in"),
+    ("whole.count", "three.Int16_in"),
+    ("three.Float32_out", "whole.coarse"),
+    ("three.Int64_out", "whole.wide"),
 ]
 
 
@@ -45,6 +49,12 @@ def mixed(**more) -> dict:
             },
             "three": {"source": "./types3.fmu"},
             "other": {"source": "./types2.fmu"},
+        },
+        "connectors": {
+            "whole.push": {"kind": "input", "type": "real", "start": 25},
+            "whole.count": {"kind": "input", "type": "integer", "start": -9},
+            "whole.coarse": {"kind": "output", "type": "real"},
+            "whole.wide": {"kind": "output", "type": "integer"},
         },
         "connections": [{"from": source, "to": target} for source, target in WIRES],
         "coupling": {"order": ["noise", "two", "three", "other"]},
@@ -105,7 +115,13 @@ def test_fmus_of_both_versions_have_the_bits_of_run(experiment, host):
     shown = [name for name in names if name in host.variables]
     rows = host.start().rows(shown, experiment.grid.n_ticks, experiment.grid.step_size)
 
-    assert {*shown} >= {"two.Integer_out", "three.Float32_out", "three.Int8_out", "other.Integer_out"}
+    assert {*shown} >= {
+        "two.Integer_out",
+        "three.Float32_out",
+        "three.Int8_out",
+        "whole.coarse",
+        "whole.wide",
+    }
     assert len(np.unique(rows)) > 20
     for j, name in enumerate(shown):
         assert rows[:, j].tobytes() == values[:, names.index(name)].tobytes(), name
@@ -123,12 +139,14 @@ def test_what_it_carries_is_the_whole_archive(folder, fused):
 
 
 def test_inputs_and_parameters_of_a_carried_fmu_are_those_of_the_host(host):
-    host.start(two__Boolean_in=True)
+    host.start(two__Boolean_in=True, whole__push=-3.0)
     host.fmu.doStep(0.0, 0.1)
     host.set("three.Int32_in", -41)
+    host.set("whole.count", 12)
     host.fmu.doStep(0.1, 0.1)
 
     assert host.get("two.Boolean_out", "two.Integer_out", "three.Int32_out") == [1.0, 7.0, -41.0]
+    assert host.get("other.Real_out", "three.Int16_out") == [-3.0, 12.0]
 
 
 def test_what_a_carried_fmu_says_is_wrong_is_said_of_its_instance(host):
