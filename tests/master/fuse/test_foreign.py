@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import tempfile
 import zipfile
 
 import numpy as np
@@ -17,7 +18,8 @@ from master.cli import main
 from master.errors import ConfigError
 from master.fmi.description_reader import read_description
 from master.fuse.export import fused_system
-from tests.foreign.build import FOLDERS, compile_c, describe_2, describe_3, write_fmu
+from tests.conformance.material import FOLDER
+from tests.foreign.build import FOLDERS, HERE, compile_c, describe_2, describe_3, write_fmu
 from tests.master.fuse.fused_run import Host, assert_same_bits, expected_rows, exported, prepared
 from tests.master.fuse.systems import COUPLINGS, MEMBERS, loop
 
@@ -190,6 +192,77 @@ def test_a_carried_library_that_is_missing_is_named(fused, tmp_path):
         [message] = host.messages
         assert message.startswith("other: cannot be loaded: ")
         assert "/binaries/linux64/types.so" in message
+
+
+READS = """
+static void take_value(Fmu *c, const char *resources) {
+    char path[1024], *end = path;
+    for (const char *at = resources + strlen("file://"); *at != '\\0'; end++) {
+        unsigned code = (unsigned char)*at++;
+        if (code == '%') {
+            sscanf(at, "%2x", &code);
+            at += 2;
+        }
+        *end = (char)code;
+    }
+    strcpy(end, "/value.txt");
+    FILE *file = fopen(path, "r");
+    if (file != NULL) {
+        if (fscanf(file, "%lf", &c->Real[0]) != 1) {
+            c->Real[0] = -1.0;
+        }
+        fclose(file);
+    }
+}
+
+void *fmi2Instantiate("""
+
+
+@pytest.mark.parametrize("version", ["2.0", "3.0"])
+def test_a_carried_fmu_reads_its_own_resources_wherever_a_host_unpacks_them(version, tmp_path, monkeypatch):
+    text = (HERE / "types2.c").read_text(encoding="utf-8")
+    text = "#include <stdio.h>\n" + text.replace("void *fmi2Instantiate(", READS, 1)
+    text = text.replace(
+        "c->callbacks = callbacks;", "c->callbacks = callbacks;\n    take_value(c, resources);"
+    )
+    source = tmp_path / "reads.c"
+    source.write_text(text, encoding="utf-8")
+    fmu = tmp_path / "reads.fmu"
+    write_fmu(fmu, describe_2(), {"linux64/types.so": compile_c("2.0", tmp_path, source)})
+    with zipfile.ZipFile(fmu, "a") as archive:
+        archive.writestr("resources/value.txt", "42.5")
+    data = mixed(fmus={"reads": {"source": str(fmu)}}, connections=[], connectors={})
+    experiment = prepared(tmp_path, data | {"coupling": {"order": ["reads"]}})
+    fused = exported(experiment, tmp_path, version)
+    (tmp_path / "é 100%").mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "é 100%"))
+    host = Host(fused).start()
+    host.fmu.doStep(0.0, 0.1)
+    found = host.get("reads.Real_out")
+    host.end()
+
+    assert found == [42.5]
+
+
+@pytest.mark.skipif(not FOLDER.is_dir(), reason=f"DOCKLOOP_FOREIGN: no such folder, got {FOLDER}")
+def test_the_fmus_of_mastersims_suite_have_the_bits_of_run(tmp_path):
+    folder = FOLDER / "mastersim" / "Math_003" / "fmus"
+    data = {
+        "name": "Math_003",
+        "step_size": 0.01,
+        "stop_time": 4.0,
+        "fmus": {f"p{i}": {"source": str(folder / f"Part{i}.fmu")} for i in (1, 2, 3)},
+        "coupling": {"order": ["p1", "p2", "p3"]},
+        "connections": [
+            {"from": "p1.x1", "to": "p2.x1"},
+            {"from": "p1.x2", "to": "p2.x2"},
+            {"from": "p2.x3", "to": "p3.x3"},
+            {"from": "p3.x4", "to": "p2.x4"},
+        ],
+    }
+    experiment = prepared(tmp_path, data)
+
+    assert_same_bits(experiment, exported(experiment, tmp_path))
 
 
 @pytest.mark.parametrize("coupling", ["iterated", "waveform"])
