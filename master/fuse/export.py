@@ -73,7 +73,7 @@ def fused_system(experiment: Experiment, *, carries: bool = False) -> Fused:
         inners[name] = Inner(number, model, instance)
     if problems:
         raise ConfigError(problems)
-    return Fused(
+    fused = Fused(
         name=experiment.title,
         identifier=_identifier(experiment.title),
         description=experiment.config.description,
@@ -83,6 +83,9 @@ def fused_system(experiment: Experiment, *, carries: bool = False) -> Fused:
         models=tuple(models.values()),
         inners=inners,
     )
+    if carries and fused.unit_problems():
+        raise ConfigError(fused.unit_problems())
+    return fused
 
 
 def _model(description: Description, known: dict[str, InnerModel]) -> InnerModel:

@@ -7,6 +7,7 @@ Each instance has a model of its own, as it depends on the connections which var
 from __future__ import annotations
 
 import hashlib
+import math
 import re
 import sys
 from collections.abc import Iterable, Mapping, Sequence
@@ -212,8 +213,6 @@ def _problems(instance: Instance, wired: Mapping[str, Variable]) -> Iterable[Pro
             yield Problem(
                 "an array of an FMU that is carried along", got=v.name, expected="connections of scalars"
             )
-        elif v.alias_of is not None and v.causality == "input":
-            yield Problem("a connection to an alias", got=v.name, expected=f"one to {v.alias_of}")
     for name, value in instance.start.items():
         v = d.by_name[name]
         if v.array is not None or v.is_structural:
@@ -251,16 +250,18 @@ def _row(v: Variable, role: str) -> Row:
         type=kind,
         is_fixed=v.variability == "fixed",
         is_hidden=_is_hidden(v),
-        start=float(start) if isinstance(start, float | int) else 0.0,
+        start=float(start) if isinstance(start, float | int) and math.isfinite(start) else 0.0,
         rules="NULL",
         n_rules=0,
     )
 
 
 def _is_hidden(v: Variable) -> bool:
-    """Whether the fused FMU does not show a variable that a connection needs."""
+    """Whether the fused FMU cannot show a variable, which a connection may need all the same."""
     if v.causality not in ("parameter", "input", "output") or v.variability == "constant":
         return True
+    if isinstance(v.start_value, float) and not math.isfinite(v.start_value):
+        return True  # the wrapper takes finite values alone
     if v.kind is not Kind.INTEGER or v.items or v.value_type == INT32:
         return False
     return v.value_type in _BEYOND_INT32 or v.is_settable  # shown and set as Int32

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 from master.coupling.schedule import Schedule
+from master.errors import Problem
 from master.fmi.description import Description, Variable
+from master.fmi.units import Unit
 from master.system.graph import Instance, System, Wire
 from master.system.grid import Grid
 
@@ -170,6 +173,38 @@ class Fused:
         """Whether FMUs are carried along as they are."""
         return any(model.is_foreign for model in self.models)
 
+    @cached_property
+    def units(self) -> Mapping[str, Unit]:
+        """Units of all that is shown, by name; where one FMU defines it and another does not, as defined."""
+        found: dict[str, Unit] = {}
+        for _, unit in self._with_units():
+            if not found.setdefault(unit.name, unit).defined:
+                found[unit.name] = unit
+        return found
+
+    def unit_problems(self) -> list[Problem]:
+        """Say which units of one name are different ones: an FMU has one meaning for each name."""
+        known: dict[str, tuple[FusedVariable, Unit]] = {}
+        problems = []
+        for v, unit in self._with_units():
+            if not unit.defined:
+                continue
+            other, meant = known.setdefault(unit.name, (v, unit))
+            if not _are_alike(unit, meant):
+                known[unit.name] = (v, unit)
+                instance, _, name = v.name.partition(".")
+                what = f"unit {unit.name!r} of {name} is another than that of {other.name}"
+                where = f"fmus.{instance}"
+                problems.append(Problem(what, where=where, expected="one meaning of each name"))
+        return problems
+
+    def _with_units(self) -> Iterator[tuple[FusedVariable, Unit]]:
+        """Variables that are shown with a unit."""
+        for v in self.variables:
+            unit = None if v.described is None or v.row.type != "REAL" else v.described.unit
+            if unit is not None:
+                yield v, unit
+
     def of_role(self, role: str) -> Sequence[FusedVariable]:
         """Variables of one role; those that are received are outputs in this sense."""
         return [v for v in self.variables if v.role == role]
@@ -183,6 +218,12 @@ class Fused:
                     name = f"{inner.name}.{row.name}"
                     found.append(InnerVariable(name, role, start, described, row, inner=inner, place=place))
         return found
+
+
+def _are_alike(one: Unit, other: Unit) -> bool:
+    """Whether two units mean the same, their factors rounded differently perhaps."""
+    numbers = ((one.factor, other.factor), (one.offset, other.offset))
+    return one.exponents == other.exponents and all(math.isclose(a, b, rel_tol=1e-9) for a, b in numbers)
 
 
 def _start(inner: Inner, row: Row) -> tuple[float, Variable | None]:

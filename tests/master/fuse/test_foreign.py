@@ -17,6 +17,7 @@ from fmu_sources.export import build
 from master.cli import main
 from master.errors import ConfigError
 from master.fmi.description_reader import read_description
+from master.fuse.description import describe_fmi2
 from master.fuse.export import fused_system
 from tests.conformance.material import FOLDER
 from tests.foreign.build import FOLDERS, HERE, compile_c, describe_2, describe_3, write_fmu
@@ -265,9 +266,8 @@ def test_the_fmus_of_mastersims_suite_have_the_bits_of_run(tmp_path):
     assert_same_bits(experiment, exported(experiment, tmp_path))
 
 
-@pytest.mark.parametrize("coupling", ["iterated", "waveform"])
-def test_an_fmu_of_another_tool_in_any_coupling_has_the_bits_of_run(coupling, tmp_path):
-    data = COUPLINGS[coupling]
+def test_fmus_of_another_tool_that_save_their_state_are_iterated_with_the_bits_of_run(tmp_path):
+    data = COUPLINGS["iterated"]
     fmus = {n: dict(entry) for n, entry in data["fmus"].items()}
     for name in ("spacecraft", "contact"):
         fmus[name]["source"] = str(bare(tmp_path, fmus[name]["source"]))
@@ -288,6 +288,34 @@ def test_the_command_carries_it_and_refuses_other_platforms_by_name(folder, tmp_
     [problem] = json.loads(refused.stdout)["problems"]
     assert problem.startswith("--all-platforms: ")
     assert "got other, three, two, expected" in problem
+
+
+def test_units_of_one_name_that_mean_different_things_are_refused(tmp_path):
+    def with_unit(name: str, definition: str) -> dict:
+        real = '<Real start="0"'
+        text = (
+            describe_2()
+            .replace(real, f'{real} unit="C"')
+            .replace("<TypeDefinitions>", f"<UnitDefinitions>{definition}</UnitDefinitions><TypeDefinitions>")
+        )
+        write_fmu(tmp_path / f"{name}.fmu", text, {"linux64/types.so": compile_c("2.0", tmp_path)})
+        return {"source": str(tmp_path / f"{name}.fmu")}
+
+    coulomb = with_unit("coulomb", '<Unit name="C"><BaseUnit A="1" s="1"/></Unit>')
+    celsius = with_unit("celsius", '<Unit name="C"><BaseUnit K="1" offset="273.15"/></Unit>')
+    named = with_unit("named", '<Unit name="C"/>')
+    more = {"connections": [], "connectors": {}}
+
+    def fused(**fmus):
+        data = mixed(fmus=fmus, **more) | {"coupling": {"order": [*fmus]}}
+        return fused_system(prepared(tmp_path, data), carries=True)
+
+    with pytest.raises(ConfigError) as refused:
+        fused(a=coulomb, b=celsius)
+    [problem] = refused.value.problems
+    assert problem.startswith("fmus.b: unit 'C' of Real_in is another than that of a.Real_in")
+    assert b'<Unit name="C" />' in describe_fmi2(fused(a=named), "", ())
+    assert b'<BaseUnit s="1" A="1"' in describe_fmi2(fused(a=named, b=coulomb), "", ())
 
 
 def test_connections_and_start_values_of_arrays_are_refused_by_name(folder):
