@@ -337,8 +337,11 @@ static bool set_starts(Foreign *foreign, const double *values) {
 
 /* Where it is */
 
+/* Value of a hexadecimal digit, -1 if it is none. */
 static int digit(char c) {
-    return c >= '0' && c <= '9' ? c - '0' : c >= 'a' && c <= 'f' ? c - 'a' + 10 : c >= 'A' && c <= 'F' ? c - 'A' + 10 : -1;
+    static const char digits[] = "0123456789abcdef0123456789ABCDEF";
+    const char *at = c == '\0' ? NULL : strchr(digits, c);
+    return at == NULL ? -1 : (int)(at - digits) % 16;
 }
 
 /* Path of a folder that an importer names by a URI (FMI 2.0) or by a path (FMI 3.0), without a slash at its end. */
@@ -499,7 +502,7 @@ static bool load(Foreign *foreign, const char *resources) {
     return find_functions(foreign) && instantiate(foreign);
 }
 
-/* Most of one more than the places: none may have a value. */
+/* Number of places that the importer may set a value at, at least one. */
 static int n_places(const ForeignFmu *fmu) {
     int n = 1;
     for (int i = 0; i < fmu->n_starts; i++) {
@@ -551,6 +554,7 @@ void foreign_close(Foreign *foreign) {
 
 /* A run */
 
+/* A function that takes the instance alone. */
 static bool call(Foreign *foreign, FunctionName function) {
     const int status = (int)((fmi2ResetTYPE *)foreign->functions[function])(foreign->component);
     return went_well(foreign, name_of(foreign, function), status);
