@@ -3,9 +3,9 @@ What a diagnosis of a case will cost: processor time, estimated from what is kno
 
 Loading, judging, pictures and corrected FMUs have constant costs. The search costs as many replays as it
 makes, which depends on what is missing and is not known. `seconds` is that of a case in whose longest part
-the search goes on for two rounds, `low` where nothing is missing, `high` where it goes on for four. Each round
-fits the effects of all rounds so far. All constants are processor seconds of one machine (docs/diagnosis.md),
-scaled by a short measurement of this one.
+the search goes on for two rounds, `low` where nothing is missing, `high` where it goes on for four. Each
+round fits the effects of all rounds so far. All constants are processor seconds of one machine
+(docs/diagnosis.md), scaled by a short measurement of this one.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from master.diagnosis.replay.placed_effect import source_with
 
 LOADING = 4.5  # s
 PICTURES = 2.3  # s
-PICTURES_OF_CHANNEL = 1.45  # s
+PICTURES_OF_CHANNEL = 0.8  # s
 JUDGED = 1.5  # s a part
 JUDGED_ROW = 0.2e-3  # s a row and channel
 CORRECTED = 9.0  # s: an FMU with an effect, for all platforms

@@ -16,6 +16,7 @@ Report = Mapping[str, Any]
 
 _PEOPLE = ("Coulomb",)
 _SURE = ("traced", "one of a class")
+NO_NUMBER = "has no number"
 MOST_VALUES = 3  # of a law in the sentence
 _HEADINGS = ("Parameters", "Source", "Limits", "State", "States", "Deviation", "Inputs", "Slots")
 
@@ -118,10 +119,12 @@ def _law(own: Mapping[str, Any], report: Report, units: Units) -> Law:
         if fitted is not None and fitted["with_effect"] is not None:
             value = fitted["with_effect"]
         shown = "" if value is None else number(value)
-        if fitted is not None and fitted["deviation"] is not None:
+        if fitted is not None and fitted["no_number"]:
+            shown = NO_NUMBER
+        elif fitted is not None and fitted["deviation"] is not None:
             shown += f" ± {number(fitted['deviation'], 2)}"
         unit = units.get(begin + v.name, "1")
-        if shown and unit not in ("1", ""):
+        if shown not in ("", NO_NUMBER) and unit not in ("1", ""):
             shown += f" {unit}"
         rows.append([v.name, v.description, shown, "fitted" if fitted is not None else "held"])
     place = f"{own['fmu']}.{own['slot']}"
