@@ -244,4 +244,4 @@ def _built_names() -> frozenset[str]:
 
 def _rounded(seconds: float) -> str:
     """Two digits, in seconds or minutes."""
-    return f"{seconds:.2g} s" if seconds < 100.0 else f"{seconds / 60.0:.2g} min"
+    return f"{seconds:.2g} s" if seconds < 99.5 else f"{seconds / 60.0:.2g} min"

@@ -12,7 +12,7 @@ from click.testing import CliRunner
 from master.cli import main
 from master.diagnosis.case.case import read_case
 from master.diagnosis.judge.checked import check_case
-from master.diagnosis.judge.cost import REFERENCE, Cost, PartCost
+from master.diagnosis.judge.cost import REFERENCE, Cost, PartCost, _rounded
 from master.diagnosis.judge.diagnose import diagnose
 
 CASES = Path(__file__).parents[4] / "configs" / "measured"
@@ -47,6 +47,11 @@ def test_the_cost_of_a_part_is_that_of_its_replays_pictures_and_models():
     assert cost.low == pytest.approx(KNOWN)
     assert cost.seconds == pytest.approx(KNOWN + 9.0 + TWO_ROUNDS + 2.0 * (3 + 2))
     assert cost.high == pytest.approx(KNOWN + 9.0 + FOUR_ROUNDS + 4.0 * (3 + 2))
+
+
+@pytest.mark.parametrize(("seconds", "said"), [(99.4, "99 s"), (99.6, "1.7 min"), (8.04, "8 s")])
+def test_times_are_said_in_two_digits_without_powers_of_ten(seconds, said):
+    assert _rounded(seconds) == said
 
 
 def test_a_machine_of_twice_the_speed_takes_half_the_time():
