@@ -39,7 +39,7 @@ def page(report: Mapping[str, Any], panels: Sequence[Panel], units: Units) -> st
         panels: Charts and pictures that were drawn.
         units: Name of the unit of each variable `fmu.name`.
     """
-    drawn = {panel.file.stem: panel.charts for panel in panels if panel.charts}
+    drawn = {panel.file.stem: panel.charts for panel in panels if panel.file and panel.charts}
     return render(
         __package__ or "",
         "diagnosis.html.j2",
@@ -56,7 +56,7 @@ def page(report: Mapping[str, Any], panels: Sequence[Panel], units: Units) -> st
         descriptions={e["effect"]: effect(e["effect"]).description for e in report["effects"]},
         panels=panels,
         charts=drawn,
-        pictures={panel.file: _as_address(panel.file) for panel in panels},
+        pictures={panel.file: _as_address(panel.file) for panel in panels if panel.file},
     )
 
 

@@ -23,8 +23,13 @@ _HEADINGS = ("Parameters", "Source", "Limits", "State", "States", "Deviation", "
 
 @dataclass(frozen=True)
 class Law:
-    """The equation of an effect as its file has it, and its parameters: name, meaning, value, unit."""
+    """
+    The equation of an effect as its file has it, and its parameters: name, meaning, value, how it is known.
 
+    `name` is the effect in its place, `fmu.slot: effect`.
+    """
+
+    name: str
     title: str
     equation: str
     values: Sequence[Sequence[str]]
@@ -122,7 +127,9 @@ def _law(own: Mapping[str, Any], report: Report, units: Units) -> Law:
         if shown not in ("", NO_NUMBER) and unit not in ("1", ""):
             shown += f" {unit}"
         rows.append([v.name, v.description, shown, "fitted" if fitted is not None else "held"])
-    return Law(f"{added.description} in {own['fmu']}.{own['slot']}", equation_of(own["effect"]), rows)
+    place = f"{own['fmu']}.{own['slot']}"
+    name = f"{place}: {own['effect']}"
+    return Law(name, f"{added.description} in {place}", equation_of(own["effect"]), rows)
 
 
 def equation_of(name: str) -> str:
