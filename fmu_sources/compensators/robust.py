@@ -30,8 +30,7 @@ In doubt, -1, size does: what the damping explains within two deviations is damp
     force      f_comp = -(1 + kappa) y_d - (epsilon_a - l - kappa t_s) y_d' + r + f_e
                where f_comp is late on its way to the mass, y_d is y_d + force_delay y_d'
     share      r in two bands, split at 3 Hz, each by how much of its variance is not noise; the upper one
-               only where sigma is above 1 % of the force. Noise is sigma^2 of the force, led, and k^2 times
-               that of s_act, sigma_e^2 += T/0.2 s (d^2/20 - sigma_e^2), d the third difference of s_act - x
+               only where sigma is above 1 % of the force
     undone     the motion that a wrong latency has made, x_t: m_s x_t'' = y_l' - k x_t - c x_t';
                a change d of l adds d (x_t, x_t') to the error (e, e') to be taken back,
                f_e = m_s (w_c^2 e + 2 w_c e') - k e - c e',   e'' = -w_c^2 e - 2 w_c e',   w_c = 1/retro_time
@@ -240,12 +239,6 @@ PARAMETERS = declare(
         above=0.0,
     ),
     switch(
-        "weighs_encoder_noise",
-        True,
-        "What the noise of s_act explains of the residual is left out of the force. In doubt true; false "
-        "where the contact has a mass of its own, which is part of the residual",
-    ),
-    switch(
         "adapts", True, "The models correct themselves; else all is as believed and the residual counts whole"
     ),
     switch(
@@ -263,12 +256,11 @@ def _hidden(unit: str, **descriptions: str) -> list[Variable]:
 
 MEMORY = declare(
     _hidden("m", s_des_1="s_des, k-1", s_act_1="s_act - x, k-1", s_d_1="s_des - x, k-1"),
-    _hidden("m", s_d_2="s_des - x, k-2", s_act_2="s_act - x, k-2", s_act_3="s_act - x, k-3"),
+    _hidden("m", s_d_2="s_des - x, k-2", s_act_2="s_act - x, k-2"),
     _hidden("N", f_1="f_mea, k-1", f_2="f_mea, k-2"),
     _hidden("N", y_d_1="y_d, k-1", y_d_2="y_d, k-2", y_0_1="y_0, k-1", y_0_2="y_0, k-2"),
     _hidden("N", y_a_1="y_a, k-1", y_l_1="y_l, k-1"),
     _hidden("N2", noise="Variance of the noise of f_mea"),
-    _hidden("m2", encoder_variance="Variance of the noise of s_act"),
     vector(sampled(state("F", "N", "f_mea after the slow prefilter"), hidden=True), 4),
     vector(sampled(state("A", "N", "y_a after the slow prefilter"), hidden=True), 4),
     _hidden("1", kappa_s="Slow stiffness error", P_kk="Its variance"),
@@ -410,7 +402,6 @@ class Robust(Model):
         return {
             **{"f_comp": f_comp, "s_cmd": u.s_des, "a_1": acceleration(f_comp, u, p, m)},
             **{"s_des_1": u.s_des, "s_d_1": s_d, "s_d_2": s_d, "s_act_1": s_a, "s_act_2": s_a},
-            **{"s_act_3": s_a, "encoder_variance": 0.0},
             **{"f_1": u.f_mea, "f_2": u.f_mea, "F": (u.f_mea,) * 4, "F_fast": (u.f_mea, 0.0)},
             **{"y_d_1": y_d, "y_d_2": y_d, "y_0_1": y_0, "y_0_2": y_0, "y_a_1": y_0, "y_l_1": y_0},
             **{"A": (y_0,) * 4, "A_fast": (y_0, 0.0), "r_low": u.f_mea + y_0},
@@ -437,15 +428,13 @@ class Robust(Model):
         known = prior(p, m)
         models, y_d, y_a, y_l = _models(x, u, p, m)
         noise = _noise(x, u, p, m)
-        encoder_variance = _encoder_variance(x, u, p)
-        of_encoder = m.where(p.weighs_encoder_noise, known.k * known.k * encoder_variance, 0.0)
         slow, eps = _latency(x, u.f_mea, y_a, noise, known, p, m)
         fast, kappa = _stiffness(x, u.f_mea, y_a, noise, eps, known, p, m)
         f_l = u.f_mea + p.T_f_hat * (u.f_mea - x.f_1) / T
         der_y_l = (y_l - x.y_l_1) / T
         der_y_d = (y_d - x.y_d_1) / T
         residual = f_l + (1.0 + kappa) * y_l + (eps - kappa * known.t_s) * der_y_l
-        bands, less_noise = _without_noise(x, residual, noise, of_encoder, slow["explained"], p, m)
+        bands, less_noise = _without_noise(x, residual, noise, slow["explained"], p, m)
         r = m.where(p.adapts, less_noise, residual)
         sensed = m.where(known.latency_share > 0.0, der_y_l, 0.0)
         undone, f_e = _undone(x, slow["latency"] - x.latency, sensed, kappa, known, p)
@@ -460,7 +449,7 @@ class Robust(Model):
             **bands,
             **undone,
             **_command(x, u, acceleration(f_comp, u, p, m), known, p, m),
-            **{"f_comp": f_comp, "noise": noise, "encoder_variance": encoder_variance, "has_started": 1.0},
+            **{"f_comp": f_comp, "noise": noise, "has_started": 1.0},
         }
 
 
@@ -478,7 +467,6 @@ def _models(x: Any, u: Any, p: Any, m: Arithmetic) -> tuple[Values, Any, Any, An
     y_l = y_a + p.T_f_hat * (y_a - x.y_a_1) / T
     memory = {
         **{"s_d_1": s_d, "s_d_2": x.s_d_1, "s_act_1": s_a, "s_act_2": x.s_act_1},
-        **{"s_act_3": x.s_act_2},
         **{"y_d_1": y_d, "y_d_2": x.y_d_1, "y_0_1": y_0, "y_0_2": x.y_0_1, "y_a_1": y_a, "y_l_1": y_l},
         **{"f_1": u.f_mea, "f_2": x.f_1},
     }
@@ -490,12 +478,6 @@ def _noise(x: Any, u: Any, p: Any, m: Arithmetic) -> Any:
     d = u.f_mea - 2.0 * x.f_1 + x.f_2
     variance = x.noise + p.sample_time / NOISE_TIME * (d * d / 6.0 - x.noise)
     return _larger(variance, p.noise_floor * p.noise_floor, m)
-
-
-def _encoder_variance(x: Any, u: Any, p: Any) -> Any:
-    """Return the variance [m2] of the white noise of s_act, from its third difference."""
-    d = u.s_act - u.x - 3.0 * (x.s_act_1 - x.s_act_2) - x.s_act_3
-    return x.encoder_variance + p.sample_time / NOISE_TIME * (d * d / 20.0 - x.encoder_variance)
 
 
 def _latency(x: Any, f: Any, y_a: Any, noise: Any, known: Prior, p: Any, m: Arithmetic) -> tuple[Values, Any]:
@@ -566,7 +548,7 @@ def _stiffness(
 
 
 def _without_noise(
-    x: Any, residual: Any, noise: Any, of_encoder: Any, explained: Any, p: Any, m: Arithmetic
+    x: Any, residual: Any, noise: Any, explained: Any, p: Any, m: Arithmetic
 ) -> tuple[Values, Any]:
     """Return the memory of the two bands, and the residual [N] with as much of each as is not noise."""
     T = p.sample_time
@@ -577,14 +559,12 @@ def _without_noise(
     tail = a * (1.0 - a * lead)
     rest = (1.0 - a) * (1.0 - a)
     tails = tail * tail / (1.0 - rest)
-    low_noise = noise * (a * a * lead * lead + tails) + of_encoder * a / (2.0 - a)
+    low_noise = noise * (a * a * lead * lead + tails)
     first, second = lead * (1.0 - a), lead - 1.0 + tail
-    of_led = first * first + second * second + rest * tails
-    high_noise = noise * of_led + of_encoder * 2.0 * rest / (2.0 - a)
+    high_noise = noise * (first * first + second * second + rest * tails)
     low_variance = x.low_variance + T / FAST_SHARE_TIME * (low * low - x.low_variance)
     high_variance = x.high_variance + T / SLOW_SHARE_TIME * (high * high - x.high_variance)
-    is_noisy = noise + of_encoder > LEAST_NOISE * explained
-    high_share = m.where(is_noisy, _share(high_variance, HIGH_SHARE * high_noise), 1.0)
+    high_share = m.where(noise > LEAST_NOISE * explained, _share(high_variance, HIGH_SHARE * high_noise), 1.0)
     r = low * _share(low_variance, LOW_SHARE * low_noise) + high * high_share
     return {"r_low": low, "low_variance": low_variance, "high_variance": high_variance}, r
 

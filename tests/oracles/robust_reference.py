@@ -101,8 +101,7 @@ def answers(inputs: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
     kappa = fast(f, y_a, noise, slow.adopted, w_1, t_s)
     rate = change(y_l) / T
     residual = f + T_f / T * change(f) + (1 + kappa) * y_l + (slow.adopted - kappa * t_s) * rate
-    of_encoder = k**2 * faded(change(change_of_change(s_act - x)) ** 2 / 20, REAL(0.2))
-    r = without_noise(residual, f[0] + y_a[0], noise, of_encoder, slow.explained, T_f)
+    r = without_noise(residual, f[0] + y_a[0], noise, slow.explained, T_f)
     f_e = undone(slow.latency, rate, kappa, k, t_s)
     damping = slow.adopted - slow.latency - kappa * t_s
     der = change(y_d) / T
@@ -241,25 +240,19 @@ def without_noise(
     residual: np.ndarray,
     before: np.longdouble,
     noise: np.ndarray,
-    of_encoder: np.ndarray,
     explained: np.ndarray,
     T_f: np.longdouble,
 ) -> np.ndarray:
     """
     Take of each band how much is not noise; the lower one is steady in `before` at the start.
 
-    The noise of each band is the sum of squares of what it answers to one pulse: of the force, led, and of
-    the contact's model.
+    The noise of each band is the sum of squares of what it answers to one pulse of the force.
     """
     a = 1 - np.exp(-TWO_PI * 3 * T)
-    led, plain = np.zeros(4000, dtype=REAL), np.zeros(4000, dtype=REAL)
-    led[0], led[1] = 1 + T_f / T, -T_f / T
-    plain[0] = 1
-    low_noise, high_noise = np.zeros(len(noise), dtype=REAL), np.zeros(len(noise), dtype=REAL)
-    for pulse, level in ((led, noise), (plain, of_encoder)):
-        low_pulse = lfilter(np.array([a]), np.array([1, a - 1]), pulse)
-        low_noise += np.sum(low_pulse**2) * level
-        high_noise += np.sum((pulse - low_pulse) ** 2) * level
+    pulse = np.zeros(4000, dtype=REAL)
+    pulse[0], pulse[1] = 1 + T_f / T, -T_f / T
+    low_pulse = lfilter(np.array([a]), np.array([1, a - 1]), pulse)
+    low_noise, high_noise = np.sum(low_pulse**2) * noise, np.sum((pulse - low_pulse) ** 2) * noise
     low = averaged(residual, a, before)
     high = residual - low
     low_variance = averaged(low**2, T / REAL(0.05), before**2)
@@ -271,7 +264,7 @@ def without_noise(
             (4, high_noise, np.maximum(high_variance, REAL(1e-300))),
         )
     )
-    return low * low_share + high * np.where(noise + of_encoder > REAL(1e-4) * explained, high_share, REAL(1))
+    return low * low_share + high * np.where(noise > REAL(1e-4) * explained, high_share, REAL(1))
 
 
 def undone(

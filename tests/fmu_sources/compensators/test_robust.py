@@ -160,30 +160,6 @@ def test_white_noise_of_the_force_is_measured():
     assert np.sqrt(np.mean(found[1000:])) == pytest.approx(0.5, rel=0.05)
 
 
-def test_white_noise_of_the_encoder_is_measured_apart_from_a_fast_motion():
-    """Independent numbers: sigma of the generator; the motion is 1 cm at 2.6 Hz, or none."""
-    deviations = []
-    for sigma, amplitude in ((2e-5, 0.0), (2e-5, 0.01), (0.0, 0.01)):
-        instance = Instance(load("robust"))
-        instance["s_act"] = amplitude
-        instance.initialise()
-        found = []
-        for k, n in enumerate(np.random.default_rng(2).normal(scale=sigma, size=3000)):
-            instance["s_act"] = amplitude * math.cos(2.0 * math.pi * 2.6 * k * T) + n
-            instance.step(k * T, T)
-            found.append(instance["encoder_variance"])
-        deviations.append(np.sqrt(np.mean(found[1000:])))
-
-    assert deviations[:2] == pytest.approx([2e-5, 2e-5], rel=0.05)
-    assert deviations[2] < 1e-7
-
-
-def test_without_noise_an_encoder_that_is_weighed_changes_nothing_that_counts():
-    weighed, taken = (heard(1.5, weighs_encoder_noise=on) for on in (True, False))
-
-    assert np.abs(weighed.force - taken.force).max() < 1e-3 * STIFFNESS * AMPLITUDE
-
-
 def tracking_error(numerator, denominator, frequencies, **values):
     """
     Move a plant by `robust`, along cosines of one amplitude; give the largest error after 2 s of 4.
