@@ -84,9 +84,14 @@ def _finite_columns(result: Result, compare: Compare) -> dict[str, Floats]:
     """
     named = [n for n in (compare.signal, compare.reproduced, compare.reference) if n is not None]
     columns = {n: np.ascontiguousarray(result[n]) for n in named}
-    finite = np.all([np.isfinite(column) for column in columns.values()], axis=0)
-    n = len(finite) if finite.all() else int(np.argmin(finite))
+    n = min(_n_finite(column) for column in columns.values())
     return {name: column[:n] for name, column in columns.items()}
+
+
+def _n_finite(values: Floats) -> int:
+    """Return how many values there are before the first that is not finite."""
+    is_finite = np.isfinite(values)
+    return len(values) if is_finite.all() else int(is_finite.argmin())
 
 
 def _against_reference(

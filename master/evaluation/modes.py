@@ -233,8 +233,10 @@ class _Exponentials:
 
     def moments(self, y: NDArray[Any]) -> Complexes:
         """Inner product of each sequence with y, shape (n,)."""
-        rows = np.zeros((len(self._coarse), self._width), dtype=y.dtype)
-        rows.reshape(-1)[: self._n] = y
+        rows = np.empty((len(self._coarse), self._width), dtype=y.dtype)
+        cells = rows.reshape(-1)
+        cells[: self._n] = y
+        cells[self._n :] = 0.0
         return np.asarray(np.sum(self._coarse.conj() * (rows @ self._fine.conj()), axis=0))
 
     def sum(self, weights: Complexes) -> Complexes:
@@ -244,11 +246,17 @@ class _Exponentials:
 
 def _pencil(y: Floats) -> Complexes:
     n_columns = min(len(y) // 3, _MOST_COLUMNS)
-    hankel = np.lib.stride_tricks.sliding_window_view(y, n_columns + 1)
+    hankel = _rows_of_windows(y, n_columns + 1)
     singular, right = _largest_singular(hankel, _LARGEST_ORDER + _SPARE)
     order = int(np.sum(singular > _SMALLEST_SINGULAR_VALUE * singular[0]))
     v = right[: max(1, min(order, _LARGEST_ORDER))].T
     return np.linalg.eigvals(_shift(v)).astype(complex)
+
+
+def _rows_of_windows(y: Floats, width: int) -> Floats:
+    """Return all windows of y, each a row after the one before, shape (windows, width)."""
+    n = len(y) - width + 1
+    return np.ndarray((n, width), y.dtype, np.ascontiguousarray(y), 0, (y.itemsize, y.itemsize)).copy()
 
 
 def _shift(v: Floats) -> Floats:
@@ -265,14 +273,13 @@ def _shift(v: Floats) -> Floats:
     return np.asarray(products + np.outer(last / rest, last @ products))
 
 
-def _largest_singular(matrix: Floats, n: int) -> tuple[Floats, Floats]:
+def _largest_singular(columns: Floats, n: int) -> tuple[Floats, Floats]:
     """
     Return the n largest singular values and their right vectors, shape (n, columns).
 
     The eigenvectors of the products of all columns know those above the root of the rounding alone. Their
     image spans what the matrix itself makes largest, the small ones too; within that they are exact.
     """
-    columns = np.ascontiguousarray(matrix)
     n_columns = columns.shape[1]
     if n >= n_columns:
         _, singular, right = np.linalg.svd(columns, full_matrices=False)

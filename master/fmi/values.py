@@ -143,7 +143,8 @@ def _settings(
             signal = f"{name}.{variable.name}"
             raise ValueError(f"has two sources, got a start value and a connection to {signal}, expected one")
         try:
-            parse(variable, value)
+            if primary is not variable:
+                parse(variable, value)
             yield primary.name, parse(primary, value)
         except ValueError as error:
             unit = "" if variable.unit_name == "1" else f" {variable.unit_name}"

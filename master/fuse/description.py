@@ -28,13 +28,13 @@ def describe_fmi2(fused: Fused, token: str, c_files: Sequence[str]) -> bytes:
         root,
         "CoSimulation",
         modelIdentifier=fused.identifier,
-        needsExecutionTool="false",
+        needsExecutionTool=_needs_tool(fused),
         canHandleVariableCommunicationStepSize="false",
         canInterpolateInputs="false",
-        canBeInstantiatedOnlyOncePerProcess="false",
+        canBeInstantiatedOnlyOncePerProcess=_is_alone(fused),
         canNotUseMemoryManagementFunctions="true",
-        canGetAndSetFMUstate="true",
-        canSerializeFMUstate="true",
+        canGetAndSetFMUstate=_truth(not fused.has_foreign),
+        canSerializeFMUstate=_truth(not fused.has_foreign),
         providesDirectionalDerivative="false",
     )
     if c_files:
@@ -77,11 +77,12 @@ def describe_fmi3(fused: Fused, token: str, c_files: Sequence[str]) -> bytes:
         root,
         "CoSimulation",
         modelIdentifier=fused.identifier,
-        needsExecutionTool="false",
+        needsExecutionTool=_needs_tool(fused),
         canHandleVariableCommunicationStepSize="true",
         fixedInternalStepSize=repr(fused.grid.step_size),
-        canGetAndSetFMUState="true",
-        canSerializeFMUState="true",
+        canBeInstantiatedOnlyOncePerProcess=_is_alone(fused),
+        canGetAndSetFMUState=_truth(not fused.has_foreign),
+        canSerializeFMUState=_truth(not fused.has_foreign),
         providesDirectionalDerivatives="false",
         hasEventMode="false",
     )
@@ -116,6 +117,21 @@ def describe_fmi3(fused: Fused, token: str, c_files: Sequence[str]) -> bytes:
         if not v.has_start:
             ET.SubElement(structure, "InitialUnknown", valueReference=str(fused.reference_of[v.name]))
     return document(root)
+
+
+def _truth(is_true: bool) -> str:
+    return "true" if is_true else "false"
+
+
+def _is_alone(fused: Fused) -> str:
+    """Whether an FMU that is carried along allows one instance a process."""
+    return _truth(any(i.model.is_foreign and i.description.once_per_process for i in fused.inners.values()))
+
+
+def _needs_tool(fused: Fused) -> str:
+    """Whether an FMU that is carried along needs its tool."""
+    needs = any(i.model.is_foreign and i.description.needs_execution_tool for i in fused.inners.values())
+    return _truth(needs)
 
 
 def _about(root: ET.Element, fused: Fused) -> None:

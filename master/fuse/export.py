@@ -16,6 +16,7 @@ from master.experiment.experiment import Experiment
 from master.fmi.description import Description
 
 from .description import describe_fmi2, describe_fmi3
+from .foreign import ForeignModel, foreign_model, refusals
 from .inner import InnerModel, NoSourcesError, digest, inner_model, source_files
 from .layout import Fused, Inner
 from .page import documentation_files
@@ -34,30 +35,41 @@ class Written:
     n_variables: int
 
 
-def fused_system(experiment: Experiment) -> Fused:
+def fused_system(experiment: Experiment, *, carries: bool = False) -> Fused:
     """
     Read the sources of a system's FMUs.
+
+    Args:
+        experiment: The system.
+        carries: Whether FMUs without sources that this project knows are carried along as they are.
 
     Raises:
         ConfigError: With every reason why the system cannot be one FMU.
     """
     refuse(experiment)
+    system = experiment.system
     problems: list[Problem] = []
     models: dict[str, InnerModel] = {}
     inners: dict[str, Inner] = {}
-    for number, (name, instance) in enumerate(experiment.system.instances.items()):
+    for number, (name, instance) in enumerate(system.instances.items()):
         try:
             model = _model(instance.description, models)
         except NoSourcesError as error:
-            problems.append(
-                Problem(
-                    "cannot be compiled with the others",
-                    where=f"fmus.{name}",
-                    got=str(error),
-                    expected="a native FMU of this project with its sources",
+            if not carries:
+                problems.append(
+                    Problem(
+                        "cannot be compiled with the others",
+                        where=f"fmus.{name}",
+                        got=str(error),
+                        expected="a native FMU of this project with its sources",
+                    )
                 )
-            )
-            continue
+                continue
+            problems += refusals(instance, system)
+            if problems:
+                continue
+            model = foreign_model(instance, system, f"f{number}_")
+            models[name] = model
         inners[name] = Inner(number, model, instance)
     if problems:
         raise ConfigError(problems)
@@ -115,6 +127,9 @@ def fused_fmu(fused: Fused, fmi_version: str, *, all_platforms: bool = False) ->
         }
     contents = {f"sources/{name}": content for name, content in files.items()}
     contents |= documentation_files(fused)
+    for model in fused.models:
+        if isinstance(model, ForeignModel):
+            contents |= model.archive()
     contents["modelDescription.xml"] = describe(fused, token, tuple(native.c_files(files)))
     if fmi_version == "3.0":
         contents["sources/buildDescription.xml"] = native.build_description(files, fused.identifier)
@@ -130,7 +145,18 @@ def write_fmu(
     Raises:
         ConfigError: With every reason why the system cannot be one FMU, or why it cannot be compiled here.
     """
-    fused = fused_system(experiment)
+    fused = fused_system(experiment, carries=True)
+    if all_platforms and fused.has_foreign:
+        raise ConfigError(
+            [
+                Problem(
+                    "FMUs that are not of this project are carried along for this machine alone",
+                    where="--all-platforms",
+                    got=", ".join(i.name for i in fused.inners.values() if i.model.is_foreign),
+                    expected="FMUs with sources of this project",
+                )
+            ]
+        )
     try:
         content = fused_fmu(fused, fmi_version, all_platforms=all_platforms)
     except native.NativeBuildError as error:

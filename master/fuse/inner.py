@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from fmu_sources.export.native.codegen import wrapper_sources
-from master.fmi.description import Description
+from master.fmi.description import Description, Variable
 from master.text.archive import Archive, ArchiveError
 
 from .c_text import declared_names, joined, with_prefix, without_functions
@@ -96,6 +96,19 @@ class InnerModel:
     def file(self) -> str:
         """Name of its C file without the ending."""
         return f"{self.prefix}{self.identifier}"
+
+    @property
+    def is_foreign(self) -> bool:
+        """Whether it is an FMU that is carried along as it is."""
+        return False
+
+    def place(self, variable: Variable) -> int:
+        """Place of a variable among the values."""
+        return variable.reference
+
+    def place_of(self, reference: int, value_type: int) -> int:
+        """Place of what a setter or getter of a type knows by a value reference."""
+        return reference
 
     def first(self, role: str) -> int:
         """Place of the first variable of a role, or where it would be."""

@@ -124,6 +124,11 @@ class Fused:
         """Value references by name."""
         return {v.name: i for i, v in enumerate(self.variables)}
 
+    @property
+    def has_foreign(self) -> bool:
+        """Whether FMUs are carried along as they are."""
+        return any(model.is_foreign for model in self.models)
+
     def of_role(self, role: str) -> Sequence[FusedVariable]:
         """Variables of one role; those that are received are outputs in this sense."""
         return [v for v in self.variables if v.role == role]
@@ -139,6 +144,6 @@ class Fused:
 
 def _start(inner: Inner, row: Row) -> tuple[float, Variable | None]:
     """Start value in the system, and what the FMU says of the variable."""
-    described = inner.description.by_name.get(row.name)
+    described = None if row.is_hidden else inner.description.by_name.get(row.name)
     given = inner.instance.start.get(row.name)
     return row.start if given is None else float(given), described

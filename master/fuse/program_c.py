@@ -9,11 +9,12 @@ from functools import cached_property
 
 from master.fmi.description import Description, Kind, Variable
 from master.fmi.slave import CInterface
-from master.fmi.value_types import BOOLEAN, FLOAT64, INT64, INT_BOOLEAN, NAMES, RANGES
+from master.fmi.value_types import BOOLEAN, FLOAT32, FLOAT64, INT64, INT_BOOLEAN, NAMES, RANGES
 from master.stepping.compiler import build_program
 from master.stepping.machine.program import BlockRow, Operation, Program
 from master.system.graph import Port
 
+from .inner import InnerModel
 from .layout import Fused, Inner
 
 
@@ -37,9 +38,9 @@ def plan(fused: Fused) -> Program:
 
 @dataclass(frozen=True)
 class Cell:
-    """One value that a step sets or gets: reference in its FMU, FMI type, place in the table of values."""
+    """One value that a step sets or gets: place in its FMU, FMI type, place in the table of values."""
 
-    reference: int
+    own: int
     value_type: int
     place: int
 
@@ -78,20 +79,23 @@ class TickWriter:
     def cells_to_set(self, number: int) -> list[Cell]:
         """What a step of an FMU sets."""
         first, after = self.program.memory.slaves[number, 3:5].tolist()
-        return self._cells(first, after)
+        return [self._cell(number, *row) for row in self._exchanged(first, after)]
 
     def cells_to_get(self, number: int) -> list[Cell]:
         """What it gets, of that what an operation reads."""
         first, after = self.program.memory.slaves[number, 5:7].tolist()
-        return [cell for cell in self._cells(first, after) if cell.place in self.used]
+        rows = self._exchanged(first, after)
+        return [self._cell(number, *row) for row in rows if row[-1] in self.used]
 
-    def _cells(self, first: int, after: int) -> list[Cell]:
-        found = []
+    def _cell(self, number: int, reference: int, value_type: int, place: int) -> Cell:
+        return Cell(self.inners[number].model.place_of(reference, value_type), value_type, place)
+
+    def _exchanged(self, first: int, after: int) -> Iterator[tuple[int, int, int]]:
+        """Value reference, type and place in the table of all that some blocks set or get."""
         for i in range(first, after):
             block = BlockRow(*self.program.memory.blocks[i].tolist())
             for j, reference in enumerate(self.program.keep_alive[i].tolist()):
-                found.append(Cell(reference, block.value_type, block.place + j))
-        return found
+                yield reference, block.value_type, block.place + j
 
     def steps(self) -> Iterator[str]:
         """A function for the step of each FMU."""
@@ -105,7 +109,7 @@ class TickWriter:
             yield "        return false;"
             yield "    }"
             for cell in self.cells_to_get(inner.number):
-                value = read(f"{own}.now.values[{cell.reference}]", cell.value_type)
+                value = read(f"{own}.now.values[{cell.own}]", cell.value_type, inner.model)
                 yield f"    memory->values[{cell.place}] = {value};"
             yield "    return true;"
             yield "}"
@@ -113,8 +117,8 @@ class TickWriter:
 
     def _set(self, inner: Inner, cell: Cell) -> Iterator[str]:
         source = f"memory->values[{cell.place}]"
-        yield from checked(f"{inner.name}.{inner.model.rows[cell.reference].name}", source, cell.value_type)
-        target = f"memory->{inner.member}.now.values[{cell.reference}]"
+        yield from checked(f"{inner.name}.{inner.model.rows[cell.own].name}", source, cell.value_type)
+        target = f"memory->{inner.member}.now.values[{cell.own}]"
         yield f"    {target} = {written(source, cell.value_type)};"
 
     def tick(self) -> Iterator[str]:
@@ -163,14 +167,24 @@ class TickWriter:
                 rows = self.program.memory.maps[c : c + d].tolist()
                 yield f"values[{b}] = {mapped(f'values[{a}]', rows)};"
             case Operation.SAVE:
+                yield from self._call_foreign(a, "save")
                 yield f"memory->saved_i{a} = memory->i{a}.now;"
             case Operation.RESTORE:
+                yield from self._call_foreign(a, "restore")
                 yield f"memory->i{a}.now = memory->saved_i{a};"
                 yield f"memory->i{a}.is_preview_valid = false;"
             case Operation.CHECK:
                 yield from self._check(a)
             case _:
                 raise AssertionError(f"{code.name} is refused before")
+
+    def _call_foreign(self, number: int, function: str) -> Iterator[str]:
+        """Save or restore what an FMU that is carried along keeps to itself."""
+        model = self.inners[number].model
+        if model.is_foreign:
+            yield f"if (!{model.prefix}{function}(&memory->i{number})) {{"
+            yield "    return false;"
+            yield "}"
 
     def _converted(self, value: str, conversion: int) -> str:
         factor, offset = self.program.memory.conversions[conversion].tolist()
@@ -206,7 +220,7 @@ class TickWriter:
         place = self.program.place
         for inner in self.inners:
             for cell in self.cells_to_get(inner.number):
-                value = read(f"memory->{inner.member}.now.values[{cell.reference}]", cell.value_type)
+                value = read(f"memory->{inner.member}.now.values[{cell.own}]", cell.value_type, inner.model)
                 yield f"    values[{cell.place}] = {value};"
         for wire in self.fused.system.wires:
             source = f"values[{place[wire.source.name]}]"
@@ -259,9 +273,9 @@ def carried(value: str, conversion) -> str:  # type: ignore[no-untyped-def]
     return affine(through, conversion.factor, conversion.offset) if conversion.is_scaled else through
 
 
-def read(value: str, value_type: int) -> str:
+def read(value: str, value_type: int, model: InnerModel) -> str:
     """What a getter gives of a value of an FMU, as a double."""
-    if value_type == FLOAT64:
+    if value_type == FLOAT64 or model.is_foreign:  # whose values were got by its own getters
         return value
     if value_type in (BOOLEAN, INT_BOOLEAN):
         return f"(double)({value} != 0.0)"
@@ -274,12 +288,12 @@ def written(value: str, value_type: int) -> str:
         return value
     if value_type in (BOOLEAN, INT_BOOLEAN):
         return f"(double)({value} != 0.0)"
-    return f"nearbyint({value})"
+    return f"(double)(float)({value})" if value_type == FLOAT32 else f"nearbyint({value})"
 
 
 def checked(name: str, value: str, value_type: int) -> Iterator[str]:
     """Refuse a value that an integer type does not hold."""
-    if value_type in (FLOAT64, BOOLEAN, INT_BOOLEAN):
+    if value_type in (FLOAT64, FLOAT32, BOOLEAN, INT_BOOLEAN):
         return
     least, largest = RANGES[value_type]
     yield f"    if (!({number(least)} <= nearbyint({value}) && nearbyint({value}) <= {number(largest)})) {{"

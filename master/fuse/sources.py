@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from importlib.resources import files
 
 from fmu_sources.export.native.codegen import fmi_headers, wrapper_sources
@@ -66,6 +66,8 @@ def run_sources(fused: Fused, recorded: Sequence[Port]) -> dict[str, bytes]:
 def _texts(fused: Fused, token: str) -> dict[str, str]:
     """All C files and headers but those of FMI itself."""
     texts = _wrapper() | _c_files("c")
+    if fused.has_foreign:
+        texts = _that_opens(texts) | _c_files("c_foreign")
     for model in fused.models:
         texts[f"{model.file}.h"] = model.header
         texts[f"{model.file}.c"] = model.source
@@ -87,6 +89,21 @@ def _wrapper() -> dict[str, str]:
     texts["instance.h"] = _once(instance, "} Data;", "    Memory memory;\n} Data;")
     texts["rules.c"] = without_functions(texts["rules.c"], [*_OF_A_MODEL, "check_results"])
     return texts
+
+
+def _that_opens(texts: dict[str, str]) -> dict[str, str]:
+    """The wrapper of a system that loads FMUs from its resources when it is instantiated."""
+    found = dict(texts)
+    for name in ("fmi2.c", "fmi3.c"):
+        text = texts[name].replace("(void)resources, ", "", 1)  # of co-simulation, the first
+        text = _once(text, '#include "access.h"\n', '#include "access.h"\n#include "opened.h"\n')
+        own = "    instance->log = log_error;\n    return instance;\n"
+        found[name] = _once(text, own, own.replace("instance;", "opened(instance, resources);"))
+    header = '#include "equations.h"\n'
+    text = _once(texts["instance.c"], header, f'{header}#include "opened.h"\n')
+    freed = "        free(instance->name);\n"
+    found["instance.c"] = _once(text, freed, f"        system_close(&instance->now.memory);\n{freed}")
+    return found
 
 
 def _once(text: str, old: str, new: str) -> str:
@@ -206,6 +223,7 @@ def _system(fused: Fused, writer: TickWriter) -> str:
         f"/* Generated from the system {_comment(fused.name)}; do not edit. */",
         "",
         '#include "schedule.h"',
+        *(['#include "opened.h"'] if fused.has_foreign else []),
         "",
     ]
     for model in fused.models:
@@ -216,10 +234,29 @@ def _system(fused: Fused, writer: TickWriter) -> str:
             "}",
             "",
         ]
+    if fused.has_foreign:
+        lines += [*_opening(fused), ""]
     lines += [*writer.first_values(), ""]
     lines += [*StartWriter(fused).lines(), ""]
     lines += [*writer.steps(), *writer.tick()]
     return "\n".join(lines) + "\n"
+
+
+def _opening(fused: Fused) -> Iterator[str]:
+    """Load and free the FMUs that are carried along."""
+    foreign = [inner for inner in fused.inners.values() if inner.model.is_foreign]
+    yield "bool system_open(Memory *memory, const char *resources, Text *message) {"
+    for inner in foreign:
+        yield f"    if (!{inner.model.prefix}open(&memory->{inner.member}, resources, message)) {{"
+        yield "        return false;"
+        yield "    }"
+    yield "    return true;"
+    yield "}"
+    yield ""
+    yield "void system_close(Memory *memory) {"
+    for inner in foreign:
+        yield f"    {inner.model.prefix}close(&memory->{inner.member});"
+    yield "}"
 
 
 def _recorded(recorded: Sequence[Port]) -> str:
@@ -231,8 +268,9 @@ def _record(fused: Fused, recorded: Sequence[Port]) -> str:
     lines = ['#include "runs.h"', "", '#include "schedule.h"', ""]
     lines += ["void system_record(const Memory *memory, double *row) {", "    (void)memory, (void)row;"]
     for i, port in enumerate(recorded):
-        cell = f"memory->{fused.inners[port.instance].member}.now.values[{port.variable.reference}]"
-        lines.append(f"    row[{i}] = {read(cell, port.variable.value_type)};")
+        inner = fused.inners[port.instance]
+        cell = f"memory->{inner.member}.now.values[{inner.model.place(port.variable)}]"
+        lines.append(f"    row[{i}] = {read(cell, port.variable.value_type, inner.model)};")
     return "\n".join([*lines, "}"]) + "\n"
 
 

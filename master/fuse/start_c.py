@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 
 from master.system.graph import Wire
 
+from .foreign import ForeignModel
 from .layout import INPUT, OUTPUT, PARAMETER, STATE, Fused, Inner
 from .program_c import carried, checked, number, quoted, read, written
 
@@ -123,19 +124,25 @@ class StartWriter:
         for wire in wires:
             i = self.numbers[wire.target.name]
             variable = wire.source.variable
-            cell = f"{self.fused.inners[wire.source.instance].member}->values[{variable.reference}]"
+            source = self.fused.inners[wire.source.instance]
+            cell = f"{source.member}->values[{source.model.place(variable)}]"
             value = f"value_{i}"
-            yield f"    const double taken_{i} = {read(cell, variable.value_type)};"
+            yield f"    const double taken_{i} = {read(cell, variable.value_type, source.model)};"
             yield f"    const double {value} = {carried(f'taken_{i}', wire.conversion)};"
         for wire in wires:
             i = self.numbers[wire.target.name]
             value, variable = f"value_{i}", wire.target.variable
             tolerance = number(self.fused.schedule.tolerance_of(wire))
-            target = f"memory->{inner.member}.now.values[{variable.reference}]"
+            target = f"memory->{inner.member}.now.values[{inner.model.place(variable)}]"
             yield f"    if (is_new(&sent[{i}], {value}, {tolerance}, has_moved)) {{"
             yield from (f"    {line}" for line in checked(wire.target.name, value, variable.value_type))
             yield f"        {target} = {written(value, variable.value_type)};"
             yield f"        memory->{inner.member}.is_preview_valid = false;"
+            if isinstance(inner.model, ForeignModel):
+                cell = f"(ForeignCell){inner.model.cell(variable)}"
+                yield f"        if (!{inner.model.prefix}set(&memory->{inner.member}, {cell})) {{"
+                yield "            return false;"
+                yield "        }"
             yield "    }"
 
     def _start(self) -> Iterator[str]:
@@ -151,7 +158,8 @@ class StartWriter:
         yield "    memset(memory->passes, 0, sizeof memory->passes);"
         for inner in self.inners:
             yield f"    {inner.model.prefix}instance_reset(&memory->{inner.member});"
-            yield f"    memory->{inner.member}.cut.h = NAN; /* no step is as long as this one */"
+            if not inner.model.is_foreign:
+                yield f"    memory->{inner.member}.cut.h = NAN; /* no step is as long as this one */"
         yield "    system_take_parameters(memory, values);"
         yield "    system_take_inputs(memory, values);"
         yield "    take_states(memory, values);"

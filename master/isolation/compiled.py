@@ -8,8 +8,7 @@ adds it and goes on to the one `exchange`.
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -19,7 +18,7 @@ from llvmlite import binding, ir
 
 from master.fmi.description import Kind
 from master.fmi.native.cells import size_of
-from master.fmi.native.kept_code import CacheFiles, digest_of, kept_in
+from master.fmi.native.kept_code import MachineCode, compile_code, digest_of, kept_file, load_code
 from master.fmi.value_types import BOOLEAN, FLOAT32, FLOAT64, INT32, INT_BOOLEAN
 from master.installation import cache_folder
 
@@ -77,7 +76,7 @@ class Functions:
 @lru_cache(maxsize=1)
 def functions() -> Functions:
     """Compile the functions, or load them from where they are kept."""
-    made = {function.__name__: _compiled(function, text) for function, text in _SIGNATURES.items()}
+    made = {function.__name__: _code(function, text) for function, text in _SIGNATURES.items()}
     at = {name: one.address for name, one in made.items()}
     engine = _typed_functions(at["exchange"])
     typed = {
@@ -100,32 +99,15 @@ def functions() -> Functions:
     )
 
 
-def digest_of_sources() -> int:
-    """Digest of all files whose code is compiled, 63 bits."""
+def _code(function: Callable[..., int], signature: str) -> MachineCode:
+    file = kept_file(cache_folder(), f"isolated-{function.__name__}", digest_of_sources())
+    return load_code(file) or compile_code(file, signature, function)
+
+
+@lru_cache(maxsize=1)
+def digest_of_sources() -> str:
+    """Digest of all files whose code is compiled."""
     return digest_of([PACKAGE / f"{name}.py" for name in SOURCES])
-
-
-def _compiled(function: Callable[..., Any], signature: str) -> Any:
-    from numba import cfunc
-    from numba.core.caching import FunctionCache
-
-    with _kept():
-        try:
-            folder = Path(FunctionCache(function).cache_path)  # type: ignore[no-untyped-call]
-        except RuntimeError:  # no place to keep it
-            return cfunc(signature, error_model="numpy")(function)
-        files = CacheFiles(folder, f"*.{function.__qualname__}-*")
-        files.drop_damaged()
-        made = cfunc(signature, cache=True, error_model="numpy")(function)
-        if not made.cache_hits:
-            files.note_digests()
-        return made
-
-
-@contextmanager
-def _kept() -> Iterator[None]:
-    with kept_in(cache_folder(), f"isolation-{digest_of_sources():016x}"):
-        yield
 
 
 def _pairs() -> dict[int, list[tuple[Kind, int]]]:

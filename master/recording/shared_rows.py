@@ -17,6 +17,8 @@ Floats = NDArray[np.float64]
 
 _RING_BYTES = 2**26
 _FEWEST_ROWS = 1024
+_BYTES_TAKEN = 2**18
+_ROWS_TAKEN = 128  # of a wide system, where taking costs more than a few rows
 _MOST_BYTES_TAKEN = 2**22
 _WAIT_SECONDS = 1e-3
 
@@ -88,11 +90,13 @@ class SharedRows:
         """
         Return rows not taken before, up to `end` at most, as a copy; shape (n, signals).
 
-        A few megabytes at a time: what takes them needs the same memory however far it is behind.
+        A small piece at a time: what takes them needs the same memory however far it is behind. Pieces of
+        megabytes would leave the heap with gaps between what is kept, more of them the longer a run takes.
         """
         begin = int(self._cells[CONSUMED])
         first = begin % self.capacity
-        most = max(1, _MOST_BYTES_TAKEN // (8 * max(1, self._table.shape[1])))
+        n_bytes = 8 * max(1, self._table.shape[1])
+        most = max(1, _BYTES_TAKEN // n_bytes, min(_ROWS_TAKEN, _MOST_BYTES_TAKEN // n_bytes))
         rows = self._table[first : first + min(end - begin, self.capacity - first, most)].copy()
         self._cells[CONSUMED] = begin + len(rows)
         return rows

@@ -148,7 +148,6 @@ class _Run:
         if durable is not None and durable.begin_at is not None:
             self._go_on_from(durable.begin_at)
         if is_ring:
-            self.recorder.reserve()
             self.rows.touch()
 
     def _go_on_from(self, checkpoint: Checkpoint) -> None:
@@ -162,6 +161,8 @@ class _Run:
     def begin(self) -> None:
         """Let the run begin in a process of its own."""
         self.child.begin(self._step)
+        if self.options.sink is not None:
+            self.recorder.reserve()  # after the fork: what the child has too is copied when it is filled
 
     def watch(self, interruption: Interruption, progress: ProgressCallback) -> Outcome:
         """Save rows and show progress until the process ends; return how."""

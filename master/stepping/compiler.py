@@ -14,6 +14,7 @@ from master.fmi.description import Kind, Variable
 from master.fmi.slave import Slave
 from master.process import position
 from master.stepping.machine.program import (
+    ANSWER_CELLS,
     BLOCK_WIDTH,
     CONVERSION_WIDTH,
     COPY_WIDTH,
@@ -246,6 +247,7 @@ class _Compiler:
             feeds=_table(self.feeds, FEED_WIDTH),
             measured=np.zeros((0, max(self.measured.values(), default=-1) + 1)),
             values=np.zeros(self.n_places),
+            scratch=np.zeros(ANSWER_CELLS + self.n_places),
             rings=np.zeros(self.n_cells),
             states=np.zeros(len(self.system.instances), dtype=np.int64),
             loops=_table(self.loops, LOOP_WIDTH),

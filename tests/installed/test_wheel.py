@@ -103,7 +103,7 @@ def test_a_shipped_configuration_runs_by_its_name_with_the_shipped_fmus(
 
     assert json.loads(done.stdout)["status"] == "completed"
     assert "flavour" not in done.stderr
-    assert written_below(stranger.folder / "home" / ".cache" / "dockloop") == {"numba", "stamps"}
+    assert written_below(stranger.folder / "home" / ".cache" / "dockloop") == {"compiled", "stamps"}
     assert found.read_bytes() == (tmp_path / "result.csv").read_bytes()
 
 

@@ -1,14 +1,14 @@
 """
 A run killed at random moments, looked at, and resumed until it ends.
 
-    python -m tests.reliability.kill_and_resume [--number 200] [--seed 1] [--stop-time 10]
+    python -m tests.reliability.kill_and_resume [--number 200] [--seed 1] [--stop-time 10] [--kinds KIND ...]
 
 Runs with checkpoints (which stream), the same with every FMU isolated, and runs in memory, which are begun
-again, take turns. Each sample begins a run, sends SIGKILL to it (or, in a fifth of the samples, to its
-stepping child alone) at a random moment, looks whether a process is left, opens every file that is left, and
-resumes; the resumed run is killed again with probability 0.3. In the end each must have the bits of a run
-that nobody disturbed. Runs are forked from this process, which has loaded what they need: more of their
-time is stepping and writing.
+again, take turns until each kind has been killed that many times. Each sample begins a run, sends SIGKILL to
+it (or, in a fifth of the samples, to its stepping child alone) at a random moment, looks whether a process is
+left, opens every file that is left, and resumes; the resumed run is killed again with probability 0.3. In the
+end each must have the bits of a run that nobody disturbed. Runs are forked from this process, which has
+loaded what they need and stepped once, and draw nothing: more of their time is stepping and writing.
 """
 
 from __future__ import annotations
@@ -22,6 +22,8 @@ import signal
 import sys
 import tempfile
 import time
+from collections import Counter
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -29,10 +31,15 @@ from pathlib import Path
 import pyarrow as pa
 from pyarrow import parquet
 
+from master.api import prepare_to_run
 from master.cli import main as command
 from master.cli import run as _run  # noqa: F401 - loaded before the forks
 from master.evaluation.report import load_libraries
+from master.experiment.prepare import Request
+from master.stepping.opened import OpenRun
+from master.stepping.outcome import RunOptions
 
+CONFIGS = Path(__file__).parents[2] / "configs"
 CHECKPOINT = ("--checkpoint", "0.05s")
 KINDS = {
     "streamed": CHECKPOINT,
@@ -49,7 +56,8 @@ class Found:
     """What the samples came to; `unreadable`, `left` and `different` are faults, a line each."""
 
     samples: int = 0
-    kills: int = 0
+    kills: Counter[str] = field(default_factory=Counter)
+    """By the kind of run."""
     resumed: int = 0
     begun_again: int = 0
     unreadable: list[str] = field(default_factory=list)
@@ -57,10 +65,11 @@ class Found:
     different: list[str] = field(default_factory=list)
 
     def __str__(self) -> str:
+        kills = ", ".join(f"{number} {kind}" for kind, number in self.kills.items())
         return (
-            f"{self.samples} samples, {self.kills} kills, {self.resumed} resumed, {self.begun_again} begun "
-            f"again, {len(self.unreadable)} unreadable files, {len(self.left)} left processes, "
-            f"{len(self.different)} with other bits"
+            f"{self.samples} samples, {self.kills.total()} kills ({kills}), {self.resumed} resumed, "
+            f"{self.begun_again} begun again, {len(self.unreadable)} unreadable files, "
+            f"{len(self.left)} left processes, {len(self.different)} with other bits"
         )
 
     def is_clean(self) -> bool:
@@ -153,15 +162,34 @@ def bits(folder: Path) -> bytes:
     return (folder / "result.csv").read_bytes() + (folder / "result.parquet").read_bytes()
 
 
-def sample(folder: Path, run: list[object], lasts: float, random_: random.Random, found: Found) -> None:
-    """Begin, kill, look and resume until the run ends."""
+def undrawn(place: Path) -> Path:
+    """Write a system whose runs make no picture, which would take most of their time."""
+    file = place / "low_frequency.yaml"
+    file.write_text((CONFIGS / file.name).read_text(encoding="utf-8") + "plots: []\n", encoding="utf-8")
+    return file
+
+
+def load_all(system: Path) -> None:
+    """Load what a run needs, its compiled stepping loop too, so that a forked run begins to step at once."""
+    load_libraries()
+    experiment = prepare_to_run(system, Request(stop_time=0.1))
+    run = OpenRun(experiment.system, experiment.schedule, experiment.grid, RunOptions())
+    run.step(1)
+    run.close()
+
+
+def sample(
+    folder: Path, kind: str, system: list[object], lasts: float, random_: random.Random, found: Found
+) -> None:
+    """Begin a run of some kind, kill it, look and resume until it ends."""
+    run = [*system, *KINDS[kind]]
     process = Command(*run, "--output", folder)
     for _ in range(_MOST_KILLS):
         time.sleep(random_.uniform(0.0, lasts))
         if process.has_ended():
             break
         process.kill(child_alone=random_.random() < _CHILD_ALONE)
-        found.kills += 1
+        found.kills[kind] += 1
         if process.leaves_processes():
             found.left.append(folder.name)
         found.unreadable += [f"{folder.name}: {fault}" for fault in unreadable(folder)]
@@ -179,25 +207,28 @@ def sample(folder: Path, run: list[object], lasts: float, random_: random.Random
     process.wait(600.0)
 
 
-def main(number: int = 200, seed: int = 1, stop_time: float = 10.0) -> Found:
-    """Take some samples; progress goes to standard error."""
+def main(
+    number: int = 200, seed: int = 1, stop_time: float = 10.0, kinds: Sequence[str] = tuple(KINDS)
+) -> Found:
+    """Kill each of some kinds of runs some times; progress goes to standard error."""
     random_ = random.Random(seed)
     found = Found()
-    load_libraries()
-    run: list[object] = ["run", "low_frequency", "--stop-time", stop_time]
     with tempfile.TemporaryDirectory(prefix="dockloop-") as place:
+        system = undrawn(Path(place))
+        load_all(system)
+        run: list[object] = ["run", system, "--stop-time", stop_time]
         expected = Path(place) / "expected"
         lasts = {}
-        for kind, options in KINDS.items():
+        for kind in kinds:
             begin = time.monotonic()
             said = Path(place) / "said"
-            undisturbed = Command(*run, *options, "--output", expected, says=said)
+            undisturbed = Command(*run, *KINDS[kind], "--output", expected, says=said)
             assert undisturbed.wait(600.0) == 0, f"{kind}: {said.read_text()[-2000:]}"
             lasts[kind] = time.monotonic() - begin
-        for i in range(number):
-            kind = list(KINDS)[i % len(KINDS)]
-            folder = Path(place) / f"sample-{i}-{kind.replace(' ', '-')}"
-            sample(folder, [*run, *KINDS[kind]], lasts[kind], random_, found)
+        while left := [kind for kind in kinds if found.kills[kind] < number]:
+            kind = left[found.samples % len(left)]
+            folder = Path(place) / f"sample-{found.samples}-{kind.replace(' ', '-')}"
+            sample(folder, kind, run, lasts[kind], random_, found)
             found.samples += 1
             if not (folder / "result.parquet").exists() or bits(folder) != bits(expected):
                 found.different.append(folder.name)
@@ -208,9 +239,10 @@ def main(number: int = 200, seed: int = 1, stop_time: float = 10.0) -> Found:
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--number", type=int, default=200)
+    parser.add_argument("--number", type=int, default=200, help="kills of each kind")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--stop-time", type=float, default=10.0)
+    parser.add_argument("--kinds", nargs="+", choices=list(KINDS), default=list(KINDS))
     result = main(**vars(parser.parse_args()))
     for fault in (*result.unreadable, *result.left, *result.different):
         sys.stdout.write(f"{fault}\n")

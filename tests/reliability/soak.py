@@ -96,7 +96,9 @@ class Soaked:
 
 
 def family(number: int) -> Iterator[int]:
-    """Yield a process and all that it began."""
+    """Yield a process and all that it began, without those that have ended and are not waited for."""
+    if Path(f"/proc/{number}/stat").read_text().rpartition(")")[2].split()[0] == "Z":
+        return
     yield number
     for task in Path(f"/proc/{number}/task").iterdir():
         for child in (task / "children").read_text().split():
@@ -107,13 +109,9 @@ def own(number: int) -> float:
     """
     Memory that a process has allocated, what it shares with others by its share [MB].
 
-    Pages of libraries are left out: the share of them grows when a process of somebody else ends. A process
-    that has ended and is not waited for has none.
+    Pages of libraries are left out: the share of them grows when a process of somebody else ends.
     """
-    try:
-        lines = Path(f"/proc/{number}/smaps_rollup").read_text().splitlines()
-    except ProcessLookupError:
-        return 0.0
+    lines = Path(f"/proc/{number}/smaps_rollup").read_text().splitlines()
     return sum(int(line.split()[1]) for line in lines if line.startswith(("Pss_Anon:", "Pss_Shmem:"))) / 1024
 
 

@@ -26,7 +26,7 @@ from master.diagnosis.numerics.noise_floor import (
     noise_floor,
     step_of,
 )
-from master.diagnosis.numerics.regressors import HeldOut, line, line_over, ridge, trees
+from master.diagnosis.numerics.regressors import HeldOut, line, line_over, ridge, trees, without_mains
 from master.diagnosis.numerics.strikes import events, strikes
 from master.diagnosis.search.extended_model import ExtendedModel
 from master.diagnosis.search.study import Study
@@ -242,11 +242,20 @@ class Judge:
             predicted: What a model predicts.
             thorough: All regressors; the linear ones and the laws of the slots alone if False.
         """
-        left = np.nan_to_num(self.study.measured - predicted)
-        with threadpool_limits(limits=1):
-            return tuple(
-                self._channel(i, left[:, i], thorough=thorough) for i in range(len(self.study.bench.outputs))
-            )
+        key = (hash(predicted.tobytes()), thorough)
+        if key not in self._judged:
+            left = np.nan_to_num(self.study.measured - predicted)
+            with threadpool_limits(limits=1):
+                self._judged[key] = tuple(
+                    self._channel(i, left[:, i], thorough=thorough)
+                    for i in range(len(self.study.bench.outputs))
+                )
+        return self._judged[key]
+
+    @cached_property
+    def _judged(self) -> dict[tuple[int, bool], tuple[Adequacy, ...]]:
+        """What was judged already: several questions are asked of one prediction."""
+        return {}
 
     def _channel(self, i: int, left: Array, *, thorough: bool) -> Adequacy:
         bench = self.study.bench
@@ -291,9 +300,10 @@ class Judge:
             highest = HIGHEST / self.study.bench.row_period
             ones = np.ones(len(left))
             judged(Kind.MODULATED, "1", line(left, ones, recorded.times, folds, highest=highest))
+            quiet = without_mains(left, recorded.times, folds.rows, highest=highest)
             for name, values in list(recorded.signals.items())[:MOST_LINES]:
                 rows = recorded.on_rows(values)
-                judged(Kind.MODULATED, name, line(left, rows, recorded.times, folds, highest=highest))
+                judged(Kind.MODULATED, name, line(quiet, rows, recorded.times, folds, highest=highest))
                 judged(Kind.PERIODIC, name, line_over(left, rows, folds))
         return found
 

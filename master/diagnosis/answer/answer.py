@@ -46,7 +46,8 @@ def answer(
         corrected = confirmed(diagnosis, corrected, parts, folder)
         progress("report is drawn")
         drawn = panels(diagnosis, parts, folder / "panels")
-        files = [*corrected.files, *(p.file for p in drawn), folder / "report.html", folder / "report.json"]
+        pictures = (panel.file for panel in drawn if panel.file)
+        files = [*corrected.files, *pictures, folder / "report.html", folder / "report.json"]
         report = as_dict(diagnosis, parts, [f.relative_to(folder).as_posix() for f in files])
         units = _units(diagnosis, corrected)
     write_whole(folder / "report.json", json.dumps(report, indent=2, allow_nan=False) + "\n")

@@ -19,6 +19,7 @@ from master.diagnosis.replay.start_values import HEAD
 from master.diagnosis.search.classes import are_of_a_class, class_of
 from master.diagnosis.search.families import Ranked
 from master.diagnosis.search.simplify import AND
+from master.diagnosis.search.unknown_numbers import of_effect
 
 from .before_after import SealedPart
 from .claims import NEAR_BEST, Status, Verdict, claims, shape, verdict
@@ -33,7 +34,8 @@ def sentence(diagnosis: Diagnosis, sealed: Mapping[str, SealedPart]) -> str:
     """The verdict for people."""
     parts = [p for p in diagnosis.parts if p.is_judged]
     found = [c for p in parts for c in claims(p, sealed[p.name])]
-    names = " and ".join(_named(c.placed) for c in found if c.status is Status.TRACED)
+    unknown_numbers = {k: v for p in parts for k, v in p.unknown_numbers.items()}
+    names = " and ".join(_named(c.placed, unknown_numbers) for c in found if c.status is Status.TRACED)
     classes = "; ".join(" or ".join(f) for p in parts for f in p.families)
     nearest = _nearest(parts, sealed)
     rest = _rest(parts)
@@ -76,10 +78,14 @@ def _rows(diagnosis: Diagnosis) -> str:
     return f" Measured inputs one row off from what the FMU says: {listed_rows}."
 
 
-def _named(placed: PlacedEffect) -> str:
-    """An effect; what is added to the output of a sensor is a zero error of its channel."""
+def _named(placed: PlacedEffect, unknown: Mapping[str, str]) -> str:
+    """An effect, with what has no number; one added to the output of a sensor is a zero error of it."""
     is_zero = placed.law.constant is not None and placed.slot == "output"
-    return f"{placed} (a zero error of the sensor)" if is_zero else str(placed)
+    notes = ["a zero error of the sensor"] if is_zero else []
+    without = of_effect(placed, unknown)
+    if without:
+        notes.append(f"without a number: {', '.join(without)}")
+    return f"{placed} ({'; '.join(notes)})" if notes else str(placed)
 
 
 def _rest(parts: Sequence[PartResult]) -> str:
@@ -221,13 +227,19 @@ def _effects(part: PartResult, sealed: SealedPart) -> list[dict[str, Any]]:
     effects = []
     for claim in claims(part, sealed):
         e = claim.placed
+        unknown = of_effect(e, part.unknown_numbers)
         gain = sealed.gains.get(str(e))
         effects.append(
             {
                 "fmu": e.fmu,
                 "slot": e.slot,
                 "effect": e.effect,
-                "parameters": {e.short_name(k): float(v) for k, v in part.values.items() if e.owns(k)},
+                "parameters": {
+                    e.short_name(k): None if e.short_name(k) in unknown else float(v)
+                    for k, v in part.values.items()
+                    if e.owns(k)
+                },
+                "no_number": dict(unknown),
                 "status": claim.status.value,
                 "why": claim.why,
                 "sealed_gain": None if gain is None else gain.value,
@@ -370,15 +382,20 @@ def _parameters(part: PartResult) -> dict[str, Any]:
     return {
         name: {
             "nominal": nominal.get(name),
-            "refitted": base.values.get(name),
-            "deviation_refitted": base.deviations.get(name),
-            "with_effect": value,
-            "deviation": fit.deviations[name],
+            "refitted": None if name in part.unknown_when_refitted else base.values.get(name),
+            "deviation_refitted": _finite(base.deviations.get(name)),
+            "with_effect": None if name in part.unknown_numbers else value,
+            "deviation": _finite(fit.deviations[name]),
             "at_bound": name in fit.at_bound,
+            "no_number": part.unknown_numbers.get(name, ""),
         }
         for name, value in fit.values.items()
         if not any(e.owns(name) for e in learned)
     }
+
+
+def _finite(deviation: float | None) -> float | None:
+    return deviation if deviation is not None and np.isfinite(deviation) else None
 
 
 def _residual(part: PartResult) -> dict[str, Any]:

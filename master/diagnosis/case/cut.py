@@ -7,8 +7,8 @@ of a part points to its FMUs alone.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
-from dataclasses import dataclass
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal, NamedTuple
 
@@ -20,12 +20,13 @@ from master.coupling.schedule import make_schedule
 from master.errors import ConfigError, expected
 from master.fmi.description import Description
 from master.fmi.description_reader import read_description
+from master.fmi.units import Conversion
 from master.fmi.values import parse
 from master.system.config import UNKNOWN_SOURCE, Config, LoadedConfig, read_config
-from master.system.graph import System, join
+from master.system.graph import System, Wire, join
 from master.text.signal_name import SignalName
 
-from .case import LoadedCase
+from .case import Case, LoadedCase
 from .faults import faults
 
 Values = dict[str, dict[str, float | str]]
@@ -44,8 +45,9 @@ class CutPart:
     FMUs in the order in which they step, with what drives them and what they are compared with.
 
     `inputs`: FMU to variable to what was measured of it. `wired`: FMU to variable to the output
-    `instance.variable` that drives it. `compared`: output `instance.variable` to signal. `foreign`: FMUs of
-    which no model is known.
+    `instance.variable` that drives it, `conversions`: input `instance.variable` to what becomes of the
+    value on its wire. `compared`: output `instance.variable` to signal. `foreign`: FMUs of which no model is
+    known.
     """
 
     fmus: tuple[str, ...]
@@ -53,6 +55,7 @@ class CutPart:
     wired: Mapping[str, Mapping[str, str]]
     compared: Mapping[str, str]
     foreign: frozenset[str] = frozenset()
+    conversions: Mapping[str, Conversion] = field(default_factory=dict)
 
     @property
     def begins_before_its_rows(self) -> bool:
@@ -102,6 +105,8 @@ def cut(loaded: LoadedCase, progress: catalogue.Progress = catalogue.silent) -> 
     config = _config(loaded)
     system, sources, problems = _system(config, loaded, progress)
     problems += faults(loaded, system, sources)
+    if not problems:
+        problems += _wire_faults(loaded, system)
     if problems:
         raise ConfigError(problems)
     schedule = make_schedule(system, config.config.coupling.order, config.where("coupling", "order"))
@@ -171,9 +176,9 @@ def _parts(
 ) -> tuple[CutPart, ...]:
     case = loaded.case
     group = {name: name for name in order}
-    wires = [w for w in system.wires if w.target.name not in case.inputs]
-    needed = _needed(case.compared, [(w.source.instance, w.target.instance) for w in wires])
-    wires = [w for w in wires if w.source.instance in needed and w.target.instance in needed]
+    unmeasured = [w for w in system.wires if w.target.name not in case.inputs]
+    needed = _needed(case.compared, [(w.source.instance, w.target.instance) for w in unmeasured])
+    wires = _replayed_wires(case, system)
     for w in wires:
         old = group[w.target.instance]
         new = group[w.source.instance]
@@ -181,14 +186,41 @@ def _parts(
     parts = []
     for first in dict.fromkeys(group[name] for name in order if name in needed):
         members = tuple(name for name in order if group[name] == first and name in needed)
-        inputs = {name: _inputs(loaded, system, name) for name in members}
+        inputs = {name: _inputs(loaded, system, name, foreign) for name in members}
         wired = {
             name: {w.target.variable.name: w.source.name for w in wires if w.target.instance == name}
             for name in members
         }
         compared = {k: s for k, s in case.compared.items() if SignalName(k).instance in members}
-        parts.append(CutPart(members, inputs, wired, compared, frozenset(foreign) & set(members)))
+        parts.append(
+            CutPart(
+                fmus=members,
+                inputs=inputs,
+                wired=wired,
+                compared=compared,
+                foreign=frozenset(foreign) & set(members),
+                conversions={w.target.name: w.conversion for w in wires if w.target.instance in members},
+            )
+        )
     return tuple(parts)
+
+
+def _replayed_wires(case: Case, system: System) -> list[Wire]:
+    """Wires between FMUs that act on something compared, into inputs that were not measured."""
+    wires = [w for w in system.wires if w.target.name not in case.inputs]
+    needed = _needed(case.compared, [(w.source.instance, w.target.instance) for w in wires])
+    return [w for w in wires if w.source.instance in needed and w.target.instance in needed]
+
+
+def _wire_faults(loaded: LoadedCase, system: System) -> Iterator[str]:
+    """Wires of a part that a replay would take without their delay or their extrapolation."""
+    for w in _replayed_wires(loaded.case, system):
+        if w.delay or w.extrapolation:
+            got = f"delay {w.delay} and extrapolation {w.extrapolation}"
+            yield (
+                f"{loaded.where('inputs')}: {w.source.name} -> {w.target.name}, got {got}, expected none in "
+                f"a wire that is replayed: name in `inputs` what was measured of {w.target.name}"
+            )
 
 
 def _needed(compared: Mapping[str, str], wires: list[tuple[str, str]]) -> set[str]:
@@ -199,22 +231,41 @@ def _needed(compared: Mapping[str, str], wires: list[tuple[str, str]]) -> set[st
     return needed
 
 
-def _inputs(loaded: LoadedCase, system: System, name: str) -> Mapping[str, MeasuredInput]:
+def _inputs(
+    loaded: LoadedCase, system: System, name: str, foreign: Collection[str]
+) -> Mapping[str, MeasuredInput]:
     """
     Measured inputs of an FMU by variable, each with the row it is taken from.
 
     One that a compared output follows at once, or may follow as far as the FMU says, is that of the
-    output's row; so is one that the FMU interpolates to the end of the step.
+    output's row; so is one that the FMU interpolates to the end of the step. What only carries a signal to a
+    foreign FMU at once hands it the row that this takes.
     """
-    description = system.instances[name].description
-    interpolates = "input_hold" in description.by_name
     compared = [SignalName(key) for key in loaded.case.compared]
-    outputs = [signal.variable for signal in compared if signal.instance == name]
     inputs: dict[str, MeasuredInput] = {}
     for key, entry in loaded.case.inputs.items():
         fmu, variable = SignalName(key).parts
         if fmu == name:
-            follows = any(description.hands_through(variable, output) for output in outputs)
-            row: Literal["start", "end"] = "end" if interpolates or follows else "start"
+            carried = _carried(system, name, variable, foreign)
+            row = _row(system, *(carried or (name, variable)), compared)
             inputs[variable] = MeasuredInput(entry.signal, entry.at or row)
     return inputs
+
+
+def _row(system: System, name: str, variable: str, compared: Sequence[SignalName]) -> Literal["start", "end"]:
+    description = system.instances[name].description
+    outputs = [signal.variable for signal in compared if signal.instance == name]
+    follows = any(description.hands_through(variable, output) for output in outputs)
+    return "end" if "input_hold" in description.by_name or follows else "start"
+
+
+def _carried(system: System, name: str, variable: str, foreign: Collection[str]) -> tuple[str, str] | None:
+    """Input of a foreign FMU that an FMU of our own carries one of its inputs to, at once."""
+    description = system.instances[name].description
+    if name in foreign:
+        return None
+    for w in system.wires:
+        is_from_here = w.source.instance == name and w.target.instance in foreign
+        if is_from_here and description.hands_through(variable, w.source.variable.name):
+            return w.target.instance, w.target.variable.name
+    return None

@@ -96,6 +96,11 @@ def _slot_faults(
         if fmu not in slots:
             if fmu not in system.descriptions:
                 yield f"{place}: no such FMU, got {fmu!r}, {expected(fmu, system.descriptions)}"
+        elif not slots[fmu]:
+            yield (
+                f"{place}: {fmu} is a file without slots, got {name!r}, expected slots of the system's own "
+                "models: wire a static_follower before or after it (docs/recordings.md)"
+            )
         elif name not in slots[fmu]:
             yield f"{place}: no such slot, got {name!r}, {expected(name, slots[fmu])}"
         elif names != "all":

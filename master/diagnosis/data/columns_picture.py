@@ -14,7 +14,7 @@ from master.pages.picture import save
 from master.recording.folder import reason
 
 from .clock import GAP
-from .draft import Facts
+from .draft import DraftClock, Facts
 
 MOST_COLUMNS = 24
 
@@ -42,26 +42,29 @@ def _chart(recordings: Sequence[Facts], i: int) -> Chart:
     label = "" if len(recordings) > 1 else column.name
     curves = [_curve(own, i, label or own.table.path.name) for own in recordings]
     told = column.unit or "unit not told"
-    return Chart(column.name, _x_label(recordings[0]), f"[{told}]", [*curves, *_gaps(recordings, curves)])
+    x_label = "row" if _clock(recordings[0], i) is None else "time since the first row [s]"
+    return Chart(column.name, x_label, f"[{told}]", [*curves, *_gaps(recordings, curves, i)])
 
 
-def _x_label(facts: Facts) -> str:
-    return "row" if facts.clock is None else "time since the first row [s]"
+def _clock(facts: Facts, i: int) -> DraftClock | None:
+    return facts.clocks[facts.columns[i].logger]
 
 
 def _curve(facts: Facts, i: int, label: str) -> Curve:
     values = facts.table.columns[facts.columns[i].name]
-    if facts.clock is None:
+    clock = _clock(facts, i)
+    if clock is None:
         return Curve(label, np.arange(len(values), dtype=float), values)
-    t = facts.table.columns[facts.clock.column]
-    return Curve(label, unit(facts.clock.unit).factor * (t - t[0]), values)
+    t = facts.table.columns[clock.column]
+    return Curve(label, unit(clock.unit).factor * (t - t[0]), values)
 
 
-def _gaps(recordings: Sequence[Facts], curves: Sequence[Curve]) -> list[Curve]:
+def _gaps(recordings: Sequence[Facts], curves: Sequence[Curve], i: int) -> list[Curve]:
     """Return upright lines at the gaps of the clocks, as one curve."""
     x: list[float] = []
     for own, curve in zip(recordings, curves, strict=True):
-        if own.clock is not None and own.clock.n_gaps:
+        clock = _clock(own, i)
+        if clock is not None and clock.n_gaps:
             steps = np.diff(curve.x)
             x += curve.x[:-1][steps > GAP * np.median(steps)].tolist()
     if not x:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,11 +20,12 @@ from master.fmi.unit_names import unit
 from master.recording.tables import Table, read_table
 
 from .clock import GAP, JITTER, Clock, coarsest_print, is_uneven, straightened
-from .recordings import FEWEST_SAMPLES
+from .recordings import FEWEST_SAMPLES, same_clock
 from .rig_proposals import Proposal, Told, proposed
 
 _IN_NAME = re.compile(r"^(.*?)\s*[\[(]([^\])]+)[\])]$")
 _TIME = re.compile(r"time|clock|stamp|zeit|^t\b|^t_|^sec", re.IGNORECASE)
+_STAMP = ".stamp"  # of a message of ROS, by its sender; its own time is when it was recorded
 _WINDOW = 200  # rows of a replay of a model that drifts
 _FACTOR = 1000.0  # of a parameter, over and below where a rig starts
 _WIDE = 1e5  # bound of one that starts at 0
@@ -42,7 +44,8 @@ class DraftColumn:
     What a column of numbers shows.
 
     `unit` is "" where nothing tells it, `source` what tells it; `step` is that of its numbers, 0 without one;
-    `floor` its noise floor and `evidence` what that is read from. All in the unit of the column.
+    `floor` its noise floor and `evidence` what that is read from. All in the unit of the column. `logger` is
+    the place of its clock among those of the file.
     """
 
     name: str
@@ -53,6 +56,7 @@ class DraftColumn:
     step: float
     floor: float
     evidence: str
+    logger: int = 0
 
 
 @dataclass(frozen=True)
@@ -70,17 +74,30 @@ class DraftClock:
 
 @dataclass(frozen=True)
 class Facts:
-    """What a recording shows: its clock, its columns, and what a reader said of it."""
+    """
+    What a recording shows: its clocks, its columns, and what a reader said of it.
+
+    A file of several loggers has a clock for each, the one with most rows first; None where none was found.
+    """
 
     table: Table
-    clock: DraftClock | None
+    clocks: tuple[DraftClock | None, ...]
     columns: tuple[DraftColumn, ...]
     left_out: tuple[str, ...]
 
     @property
+    def clock(self) -> DraftClock | None:
+        """The clock of the first logger."""
+        return self.clocks[0]
+
+    @property
     def n_rows(self) -> int:
-        """Rows of the columns that are kept."""
-        return max((len(self.table.columns[c.name]) for c in self.columns), default=0)
+        """Rows of the columns that are kept, of the first logger."""
+        return self.rows_of(0)
+
+    def rows_of(self, logger: int) -> int:
+        """Rows of the columns of one logger."""
+        return max((len(self.table.columns[c.name]) for c in self.columns if c.logger == logger), default=0)
 
 
 def facts_of(path: Path) -> Facts:
@@ -93,43 +110,100 @@ def facts_of(path: Path) -> Facts:
     table = read_table(path)
     if table.faults.get(""):
         raise DataError("\n".join(table.faults[""]))
-    lengths = [len(values) for values in table.columns.values()]
-    n = max(set(lengths), key=lengths.count)
-    whole = [
-        name
-        for name, values in table.columns.items()
-        if name not in table.faults and len(values) == n and np.isfinite(values).all()
-    ]
+    loggers = _loggers(table)
+    whole = [name for names in loggers for name in names]
     left_out = tuple(name for name in table.columns if name not in whole)
-    if len(whole) < 2 or n < FEWEST_SAMPLES:
+    if len(whole) < 2 or len(table.columns[whole[0]]) < FEWEST_SAMPLES:
+        n = max((len(values) for values in table.columns.values()), default=0)
         got = f"got {len(whole)} columns of {n} numbers (not: {', '.join(left_out) or 'none'})"
         raise DataError(f"{path}: {got}, expected two or more of {FEWEST_SAMPLES} rows or more")
-    clock = _clock(table, whole)
-    moving = [n for n in whole if (clock is None or n != clock.column) and np.ptp(table.columns[n])]
-    period = 1.0 if clock is None else clock.period * unit(clock.unit).factor
-    columns = tuple(_column(table, name, moving, period) for name in moving)
-    return Facts(table, clock, columns, left_out)
+    clocks = []
+    columns: list[DraftColumn] = []
+    for logger, names in enumerate(loggers):
+        clock = _clock(table, names)
+        moving = [n for n in names if (clock is None or n != clock.column) and np.ptp(table.columns[n])]
+        period = 1.0 if clock is None else clock.period * unit(clock.unit).factor
+        clocks.append(clock)
+        columns += [_column(table, name, moving, period, logger) for name in moving]
+    return Facts(table, tuple(clocks), tuple(columns), left_out)
+
+
+def _loggers(table: Table) -> list[list[str]]:
+    """Columns of numbers by the clock that stamps them, those with most rows first."""
+    numbers = [
+        name
+        for name, values in table.columns.items()
+        if name not in table.faults and np.isfinite(values).all()
+    ]
+    clocks: list[str] = []
+    for clock in dict.fromkeys(table.clocks.get(name, "") for name in numbers):
+        if clock and not any(same_clock(table, known, clock) for known in clocks):
+            clocks.append(clock)
+    if len(clocks) < 2:
+        lengths = [len(values) for values in table.columns.values()]
+        n = max(set(lengths), key=lengths.count, default=0)
+        return [[name for name in numbers if len(table.columns[name]) == n]]
+    found = [
+        [name for name in numbers if name in table.clocks and same_clock(table, clock, table.clocks[name])]
+        for clock in clocks
+        if len(table.columns[clock]) >= FEWEST_SAMPLES
+    ]
+    return sorted(found, key=lambda names: -len(table.columns[names[0]])) or [[]]
 
 
 def case_text(name: str, files: Sequence[str], facts: Facts) -> str:
     """Write the case as YAML: `files` as seen from its folder; every guess has a comment."""
     told = {c.name: c for c in facts.columns}
-    found = proposed([Told(c.name, c.unit) for c in facts.columns])
-    period = 0.001 if facts.clock is None else facts.clock.period * unit(facts.clock.unit).factor
-    guard = min(0.2, _GUARD_OF_BLOCK * facts.n_rows * period / _N_BLOCKS)
+    found = _proposed(facts)
+    used = [] if found is None else sorted({told[column].logger for column in found.columns.values()})
+    first = used[0] if used else 0
+    clock = facts.clocks[first]
+    n_rows = facts.rows_of(first)
+    merge = _merge_text(found, facts, used[1], clock) if found is not None and len(used) > 1 else None
+    period = 0.001 if clock is None else clock.period * unit(clock.unit).factor
+    guard = min(0.2, _GUARD_OF_BLOCK * n_rows * period / _N_BLOCKS)
     lines = [
         f"name: {json.dumps(name)}",
         "# Drafted from the recording. Every line with 'guess' is one: look at it before you run.",
         *(f"# {line}" for line in report(facts)),
         "recordings:",
-        *(f"  {_key(file, i)}: {json.dumps(file)}" for i, file in enumerate(files)),
-        *_time_lines(facts.clock),
-        *(_without_model(facts) if found is None else _model_lines(found, told, period, facts.n_rows)),
+        *(_recording_line(_key(file, i), file, merge) for i, file in enumerate(files)),
+        *_time_lines(clock),
+        *(_without_model(facts) if found is None else _model_lines(found, told, period, n_rows)),
         "split:",
         f"  blocks: {_PATTERN}",
         f"  guard: {guard:.4g}",
     ]
     return "\n".join(lines) + "\n"
+
+
+def _proposed(facts: Facts) -> Proposal | None:
+    """A rig for the columns of at most two loggers: a recording of a case has one more than its own."""
+    found = proposed([Told(c.name, c.unit) for c in facts.columns])
+    if found is None:
+        return None
+    logger = {c.name: c.logger for c in facts.columns}
+    used = Counter(logger[column] for column in found.columns.values())
+    if len(used) <= 2:
+        return found
+    kept = {place for place, _ in used.most_common(2)}
+    return proposed([Told(c.name, c.unit) for c in facts.columns if c.logger in kept])
+
+
+def _merge_text(found: Proposal, facts: Facts, logger: int, first: DraftClock | None) -> str:
+    """The clock of a second logger in the same file, and the signals that it has."""
+    own = {c.name for c in facts.columns if c.logger == logger}
+    signals = ", ".join(variable for variable, column in found.columns.items() if column in own)
+    clock = facts.clocks[logger]
+    time = "{period: 0.001}" if clock is None else _time_entry(clock, first)
+    return f"time: {time}, signals: [{signals}]"
+
+
+def _recording_line(key: str, file: str, merge: str | None) -> str:
+    name = json.dumps(file)
+    if merge is None:
+        return f"  {key}: {name}"
+    return f"  {key}: {{file: {name}, merge: {{file: {name}, {merge}}}}}  # guess: two clocks, no delay"
 
 
 def _model_lines(found: Proposal, told: Mapping[str, DraftColumn], period: float, n_rows: int) -> list[str]:
@@ -201,14 +275,15 @@ def _range(
 
 def report(facts: Facts) -> list[str]:
     """What a recording shows, a line each for the file, its clock and every column."""
-    clock = facts.clock
     lines = [f"{facts.table.path.name}: {facts.n_rows} rows" + "".join(f", {n}" for n in facts.table.notes)]
-    if clock is None:
-        lines.append("no column grows as a clock does: the period is not known")
-    else:
+    for logger, clock in enumerate(facts.clocks):
+        if clock is None:
+            lines.append("no column grows as a clock does: the period is not known")
+            continue
+        rows = f", {facts.rows_of(logger)} rows" if len(facts.clocks) > 1 else ""
         lines.append(
             f"clock {clock.column!r}: period {clock.period:.6g} {clock.unit}, {clock.n_gaps} gaps, "
-            f"{clock.n_jitter} rows with jitter{', printed short' if clock.is_short else ''}"
+            f"{clock.n_jitter} rows with jitter{', printed short' if clock.is_short else ''}{rows}"
         )
     for c in facts.columns:
         step = f", steps of {c.step:.4g}" if c.step else ""
@@ -224,8 +299,8 @@ def report(facts: Facts) -> list[str]:
 
 
 def _clock(table: Table, names: Sequence[str]) -> DraftClock | None:
-    """The column that grows most evenly, if one does."""
-    found: list[tuple[float, DraftClock]] = []
+    """The column that grows most evenly, if one does; of equals, the stamp that a sensor has given."""
+    found: list[tuple[float, bool, DraftClock]] = []
     for name in names:
         values = table.columns[name]
         told, _ = _unit(table, name)
@@ -246,8 +321,8 @@ def _clock(table: Table, names: Sequence[str]) -> DraftClock | None:
             n_jitter=int(jitter.sum()),
             is_short=short is not None,
         )
-        found.append((float(jitter.mean() + gaps.mean()) - is_time, clock))
-    return min(found, key=lambda pair: pair[0])[1] if found else None
+        found.append((float(jitter.mean() + gaps.mean()) - is_time, not name.endswith(_STAMP), clock))
+    return min(found, key=lambda entry: entry[:2])[2] if found else None
 
 
 def _straightened(values: Array) -> Clock | None:
@@ -259,7 +334,7 @@ def _straightened(values: Array) -> Clock | None:
     return None if printed is None or not is_uneven(values, JITTER) else straightened(values, printed)
 
 
-def _column(table: Table, name: str, moving: Sequence[str], period: float) -> DraftColumn:
+def _column(table: Table, name: str, moving: Sequence[str], period: float, logger: int) -> DraftColumn:
     values: Array = table.columns[name]
     others = [table.columns[other] for other in moving if other != name]
     driving = np.column_stack(others) if others else np.empty((len(values), 0))
@@ -274,6 +349,7 @@ def _column(table: Table, name: str, moving: Sequence[str], period: float) -> Dr
         step=step_of(values),
         floor=floor.value,
         evidence=floor.evidence.value,
+        logger=logger,
     )
 
 
@@ -306,14 +382,18 @@ def _signal_line(key: str, column: DraftColumn, wanted: str, more: str) -> str:
 def _time_lines(clock: DraftClock | None) -> list[str]:
     if clock is None:
         return ["time: {period: 0.001}  # guess: no clock was found"]
-    offset = clock.begin * unit(clock.unit).factor
-    begin = f", offset: {offset!r}" if offset else ""
-    gaps = ", gaps: split" if clock.n_gaps else ""
-    entry = f"{{column: {json.dumps(clock.column)}, unit: {clock.unit}{begin}{gaps}}}"
-    lines = [f"time: {entry}  # guess: the unit, if not told"]
+    lines = [f"time: {_time_entry(clock, clock)}  # guess: the unit, if not told"]
     if clock.n_jitter:
         lines.append("resample: {method: linear}  # guess: rows with jitter are made even")
     return lines
+
+
+def _time_entry(clock: DraftClock, first: DraftClock | None) -> str:
+    """A clock from the begin of the first one, so that both say the same time."""
+    offset = 0.0 if first is None else first.begin * unit(first.unit).factor
+    begin = f", offset: {offset!r}" if offset else ""
+    gaps = ", gaps: split" if clock.n_gaps else ""
+    return f"{{column: {json.dumps(clock.column)}, unit: {clock.unit}{begin}{gaps}}}"
 
 
 def _key(file: str, i: int) -> str:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from functools import cached_property, partial
 
 import numpy as np
 import scipy  # loads its packages when they are used
@@ -121,7 +122,7 @@ def _one(loaded: LoadedCase, name: str) -> list[Recording]:
     return [
         replace(
             piece,
-            signals=_all_made(case.signals, piece.signals, piece.period),
+            signals=_Made(case.signals, piece.signals, piece.period),
             given=given,
             notes=(*piece.notes, *told),
         )
@@ -224,6 +225,36 @@ def _open_rows(case: Case, n: int) -> Mask:
     return is_open
 
 
+class _Made(Mapping[str, Array]):
+    """
+    All signals of a case on the rows of a recording, made when the first is asked for: a check asks for none.
+
+    Raises:
+        DataError: At once, where they cannot be made.
+    """
+
+    def __init__(
+        self, signals: Mapping[str, SignalEntry], columns: Mapping[str, Array], period: float
+    ) -> None:
+        self._names = _ordered(signals)
+        for name in self._names:
+            _check_low_pass(signals[name], period, name)
+        self._make = partial(_all_made, signals, columns, period)
+
+    @cached_property
+    def _values(self) -> dict[str, Array]:
+        return self._make()
+
+    def __getitem__(self, name: str) -> Array:
+        return self._values[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._names)
+
+    def __len__(self) -> int:
+        return len(self._names)
+
+
 def _all_made(
     signals: Mapping[str, SignalEntry], columns: Mapping[str, Array], period: float
 ) -> dict[str, Array]:
@@ -268,12 +299,17 @@ def _made(
     if entry.remove_mean:
         values = values - values.mean()
     if entry.lowpass is not None:
-        half = 0.5 / period
-        if entry.lowpass >= half:
-            raise DataError(
-                f"signals.{name}.lowpass: got {entry.lowpass:g} Hz, expected less than {half:g} Hz, half the "
-                "sampling rate"
-            )
+        _check_low_pass(entry, period, name)
         low_pass = scipy.signal.butter(ORDER, entry.lowpass, fs=1.0 / period)
         values = scipy.signal.filtfilt(*low_pass, values)
     return np.asarray(values, dtype=float)
+
+
+def _check_low_pass(entry: SignalEntry, period: float, name: str) -> None:
+    """Raise DataError where a low-pass filter is at half of the sampling rate or above."""
+    half = 0.5 / period
+    if entry.lowpass is not None and entry.lowpass >= half:
+        raise DataError(
+            f"signals.{name}.lowpass: got {entry.lowpass:g} Hz, expected less than {half:g} Hz, half the "
+            "sampling rate"
+        )

@@ -18,6 +18,7 @@ from .counts import signed, unwrapped
 from .resample import Method, resampled
 
 FEWEST_SAMPLES = 200  # of a recording: below, no part of it says anything
+SAME_INSTANT = 0.01  # of a step: how far apart the same instant may be stamped by two clocks
 FEWEST_OF_PIECE = 100  # between two gaps: shorter pieces are left out
 LEAST_RATE = 0.5  # slope of a rate's integral over its signal: no two units differ by so little
 LARGEST_RATE = 2.0
@@ -142,6 +143,7 @@ def read_rows(
     problems = [
         *_missing(table, sources, where),
         *_units(table, sources, where),
+        *(_other_clocks(table, sources, where) or _lengths(table, sources, where)),
         *_cells(table, sources, where),
     ]
     if problems:
@@ -290,13 +292,46 @@ def _units(table: Table, sources: Mapping[str, Column], where: str) -> list[str]
     return problems
 
 
-def _cells(table: Table, sources: Mapping[str, Column], where: str) -> list[str]:
+def _lengths(table: Table, sources: Mapping[str, Column], where: str) -> list[str]:
     names = [c.column for c in sources.values() if c.column in table.columns]
     lengths = {name: len(table.columns[name]) for name in names}
-    problems = list(table.faults.get("", []))
     if len(set(lengths.values())) > 1:
-        problems.append(f"{where}: columns have different lengths: {lengths}")
-    for column in lengths:
+        return [f"{where}: columns have different lengths: {lengths}"]
+    return []
+
+
+def _other_clocks(table: Table, sources: Mapping[str, Column], where: str) -> list[str]:
+    """Columns that another clock of the file has stamped than the times: their rows are of other instants."""
+    clocks = {name: table.clocks[c.column] for name, c in sources.items() if c.column in table.clocks}
+    if not clocks:
+        return []
+    own = clocks.get("time", next(iter(clocks.values())))
+    apart: dict[str, list[str]] = {}
+    for name, clock in clocks.items():
+        if not same_clock(table, own, clock):
+            apart.setdefault(clock, []).append(name)
+    return [
+        f"{where}: columns of {', '.join(names)}: got the clock {clock!r}, another one than {own!r}, "
+        f"expected merge: {{file: {table.path.name}, time: {{column: {clock!r}}}, "
+        f"signals: [{', '.join(names)}]}}"
+        for clock, names in apart.items()
+    ]
+
+
+def same_clock(table: Table, one: str, other: str) -> bool:
+    """Whether two columns of times of a file stamp the same instants, within a small part of a step."""
+    if one == other:
+        return True
+    a, b = table.columns[one], table.columns[other]
+    if len(a) != len(b) or len(a) < 2:
+        return False
+    return bool(np.abs(a - b).max() <= SAME_INSTANT * abs(float(np.median(np.diff(a)))))
+
+
+def _cells(table: Table, sources: Mapping[str, Column], where: str) -> list[str]:
+    names = [c.column for c in sources.values() if c.column in table.columns]
+    problems = list(table.faults.get("", []))
+    for column in dict.fromkeys(names):
         if column in table.faults or "" in table.faults:
             problems += table.faults.get(column, [])
             continue

@@ -33,7 +33,7 @@ from master.diagnosis.replay.placed_effect import source_with
 
 LOADING = 4.5  # s
 PICTURES = 2.3  # s
-PICTURES_OF_CHANNEL = 1.45  # s
+PICTURES_OF_CHANNEL = 0.8  # s
 JUDGED = 1.5  # s a part
 JUDGED_ROW = 0.2e-3  # s a row and channel
 CORRECTED = 9.0  # s: an FMU with an effect, for all platforms

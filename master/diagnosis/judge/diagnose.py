@@ -27,11 +27,14 @@ from master.diagnosis.replay.replay_bench import ReplayBench
 from master.diagnosis.search.classes import CONVERTER, class_of
 from master.diagnosis.search.deadline import Deadline, TimeIsUpError
 from master.diagnosis.search.extended_model import ExtendedModel
+from master.diagnosis.search.leading import led_by_the_unobjected
 from master.diagnosis.search.limits import named_by_limits
+from master.diagnosis.search.objections import objections
 from master.diagnosis.search.rounds import search
 from master.diagnosis.search.several_slots import with_laws_in_several_slots
 from master.diagnosis.search.simplify import with_rewritings
 from master.diagnosis.search.study import Progress, base_parameters, begin
+from master.diagnosis.search.unknown_numbers import unknown_numbers
 from master.errors import ConfigError, FmuError
 from master.text.signal_name import SignalName
 
@@ -40,7 +43,6 @@ from .cost import cost_of
 from .evidence import detect
 from .input_rows import changed_rows, is_better, other_rows
 from .named_or_learned import named_or_learned
-from .objections import objections
 from .part_result import PartResult
 from .plausible import implausible
 from .refit import refitted
@@ -242,8 +244,13 @@ def _searched(begun: PartResult, system: CutSystem, case: Case, deadline: Deadli
         result = replace(result, stages=(*result.stages, final))
         if final.is_adequate:  # the fault that came nearest did not explain the part, these effects do
             result = replace(result, software_fault=None)
-    against = objections(result)
-    return replace(result, channel_faults=tuple(_channel_faults(result)), objections=against)
+    return replace(
+        result,
+        channel_faults=tuple(_channel_faults(result)),
+        objections=objections(study, result.chosen, result.fit),
+        unknown_numbers=unknown_numbers(study, result.chosen, result.fit),
+        unknown_when_refitted=unknown_numbers(study, ExtendedModel(), result.base),
+    )
 
 
 def _explained(result: PartResult, effects: Sequence[PlacedEffect], judge: Judge) -> PartResult:
@@ -256,15 +263,19 @@ def _explained(result: PartResult, effects: Sequence[PlacedEffect], judge: Judge
             return result.final.is_quiet
         return all(c.is_silent for c in judge.judge(fitted.predicted, thorough=False))
 
-    def is_noise(fitted: Fit) -> bool:  # more than the floor is more, whether anything predicts it or not
+    def is_enough(fitted: Fit) -> bool:  # more than the floor is more, whether anything predicts it or not
         return all(c.is_adequate for c in judge.judge(fitted.predicted, thorough=False))
 
-    named = search(study, result.base, effects, is_adequate=is_adequate)
+    def is_noise(fitted: Fit) -> bool:
+        return all(c.is_silent and c.is_within_floor for c in judge.judge(fitted.predicted, thorough=False))
+
+    named = search(study, result.base, effects, is_adequate=is_adequate, is_noise=is_noise)
     result = replace(result, search=named, chosen=named.model, fit=named.fit)
     try:
-        named = with_laws_in_several_slots(study, named, effects, is_noise)
+        named = with_laws_in_several_slots(study, named, effects, is_enough, is_noise)
         result = replace(result, search=named, chosen=named.model, fit=named.fit)
         named = named_by_limits(study, with_rewritings(study, named, effects), effects)
+        named = led_by_the_unobjected(study, named)
         return named_or_learned(result, named, places, judge)
     except TimeIsUpError:
         return result

@@ -37,7 +37,9 @@ class PartResult:
     names. `is_exact`: the replay gives the measurement but for rounding. `unknown` says why nothing can be
     told of the part. `changed_rows`: inputs that are taken from another row than the FMU's description
     leads to, with that row. `stages` judge the refit and each model after it. `objections` say by effect what
-    forbids to call it traced. `without` holds, by effect, the model that lacks it alone, fitted again.
+    forbids to call it traced. `unknown_numbers` and `unknown_when_refitted` say by parameter, of the last
+    model and of the refit, why it has no number. `without` holds, by effect, the model that lacks it alone,
+    fitted again.
     """
 
     study: Study
@@ -54,6 +56,8 @@ class PartResult:
     stages: tuple[Stage, ...] = ()
     software_fault: SoftwareFault | None = None
     objections: Mapping[str, str] = field(default_factory=dict)
+    unknown_numbers: Mapping[str, str] = field(default_factory=dict)
+    unknown_when_refitted: Mapping[str, str] = field(default_factory=dict)
     channel_faults: tuple[ChannelFault, ...] = ()
     without: Mapping[str, WithoutEffect] = field(default_factory=dict)
     correlations: tuple[Correlation, ...] = ()

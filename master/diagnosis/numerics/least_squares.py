@@ -71,7 +71,11 @@ class Candidate:
 
 @dataclass(frozen=True)
 class Fit:
-    """Parameters by name, their standard deviations, the prediction of all rows (n, outputs), the cost."""
+    """
+    Parameters by name, their standard deviations, the prediction of all rows (n, outputs), the cost.
+
+    `covariance` is that of the parameters in the order of `values`, None where only deviations are known.
+    """
 
     name: str
     values: Mapping[str, float]
@@ -80,6 +84,7 @@ class Fit:
     cost: float
     n_simulations: int = 0
     at_bound: tuple[str, ...] = ()
+    covariance: Array | None = None
 
 
 def fit(
@@ -217,6 +222,7 @@ class _Problem:
             cost=cost,
             n_simulations=self.n_simulations,
             at_bound=tuple(at_bound),
+            covariance=covariance * np.outer(self.scale, self.scale),
         )
 
 

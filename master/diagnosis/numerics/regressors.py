@@ -131,6 +131,40 @@ def line(residual: Array, factor: Array, t: Array, folds: Folds, *, highest: flo
     return HeldOut(explained, float(np.median(found)) if found else 0.0)
 
 
+def without_mains(residual: Array, t: Array, rows: Integers, *, highest: float) -> Array:
+    """
+    Take the lines of the mains, and of their multiples, out of a residual.
+
+    Times a signal that moves slowly, hum is a line near that of the mains: it would pass for a law whose
+    factor oscillates.
+
+    Args:
+        residual: Shape (rows,).
+        t: Time of the rows [s], evenly spaced within a recording.
+        rows: Those that are used.
+        highest: Frequency above which a line does not matter [Hz].
+    """
+    period = float(np.median(np.abs(np.diff(t)))) or 1.0
+    index = np.round((t[rows] - t.min()) / period).astype(np.int64)
+    left = residual.astype(np.float64)
+    over_time = np.asarray(np.bincount(index, left[rows]), dtype=np.float64)
+    n = PADDING * len(over_time)
+    power = np.abs(np.fft.rfft(over_time, n)) ** 2
+    frequency = np.fft.rfftfreq(n, period)
+    ones = np.ones(len(residual))
+    some = _some(rows)
+    for mains in MAINS:
+        for multiple in np.arange(mains, (1.0 + HUM) * highest, mains):
+            close = np.flatnonzero(np.abs(frequency - multiple) < HUM * mains)
+            if not len(close):
+                continue
+            peak = float(frequency[close[np.argmax(power[close])]])
+            near = peak + np.linspace(-0.5, 0.5, N_REFINED) * float(frequency[1])
+            columns = _modulated(ones, t, _strongest(left[some], t[some], near))
+            left -= columns @ np.linalg.lstsq(columns[rows], left[rows], rcond=None)[0]
+    return left
+
+
 def line_over(residual: Array, values: Array, folds: Folds) -> HeldOut:
     """The strongest line of the residual over a signal (rows,) instead of over time, with its harmonics."""
     explained = np.full(len(residual), np.nan)
@@ -246,6 +280,12 @@ def _peak(product: Array, period: float, highest: float, *, is_plain: bool) -> f
             power[(order > 0.0) & (np.abs(frequency - order * mains) < HUM * mains)] = 0.0
     best = int(np.argmax(power))
     return float(frequency[best]) if power[best] > 0.0 else 0.0
+
+
+def _strongest(residual: Array, t: Array, frequencies: Array) -> float:
+    """The frequency of the line that takes most of a residual."""
+    ones = np.ones(len(t))
+    return float(min(frequencies, key=lambda f: _left(residual, _modulated(ones, t, f))))
 
 
 def _modulated(factor: Array, t: Array, frequency: float) -> Array:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
 
@@ -34,6 +35,7 @@ class ModelPool:
         self.system = system
         self.part = part
         self._players: dict[tuple[PlacedEffect, ...], Player] = {}
+        self._players_with_states: dict[tuple[PlacedEffect, ...], Player] = {}
         self._open = ExitStack()
 
     def __enter__(self) -> ModelPool:
@@ -74,6 +76,15 @@ class ModelPool:
             self._players[effects] = player
         return self._players[effects]
 
+    def player_with_states(self, effects: tuple[PlacedEffect, ...]) -> Player:
+        """Return the chain with these effects that reads their states as well, where its FMUs show them."""
+        if effects not in self._players_with_states:
+            states = [SignalName(e.variable(v.name)) for e in effects for v in e.law.states]
+            player = Player([_also_reading(link, states) for link in self._links(effects)])
+            self._open.callback(player.close)
+            self._players_with_states[effects] = player
+        return self._players_with_states[effects]
+
     def sources(self, effects: Sequence[PlacedEffect]) -> dict[str, str]:
         """Source of each FMU of the part, with effects."""
         return {
@@ -84,6 +95,7 @@ class ModelPool:
     def close(self) -> None:
         """Unload all, also where one fails at its end."""
         self._players = {}
+        self._players_with_states = {}
         self._open.close()
 
     def _links(self, effects: tuple[PlacedEffect, ...]) -> list[Link]:
@@ -104,8 +116,27 @@ def links(system: CutSystem, part: CutPart, files: Mapping[str, Path]) -> list[L
         if model is not None:
             read += [n for n in model.continuous.names if n in description.by_name]
         measured = {v: part.columns.index(column) for v, column in part.inputs[fmu].items()}
-        chain.append(Link(fmu, description, measured, part.wired[fmu], tuple(dict.fromkeys(read))))
+        conversions = {
+            name: part.conversions[f"{fmu}.{name}"]
+            for name in part.wired[fmu]
+            if f"{fmu}.{name}" in part.conversions
+        }
+        chain.append(
+            Link(
+                name=fmu,
+                description=description,
+                measured=measured,
+                wired=part.wired[fmu],
+                read=tuple(dict.fromkeys(read)),
+                conversions=conversions,
+            )
+        )
     return chain
+
+
+def _also_reading(link: Link, signals: Sequence[SignalName]) -> Link:
+    own = [s.variable for s in signals if s.instance == link.name and s.variable in link.description.by_name]
+    return replace(link, read=tuple(dict.fromkeys((*link.read, *own))))
 
 
 def _build(name: str) -> str:

@@ -8,7 +8,7 @@ values; one of 10 000 steps takes some 10 ms.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from master.diagnosis.numerics.arrays import Array
 from master.errors import ConfigError, FmuError
 from master.fmi.description import Description, Kind, Variable
 from master.fmi.slave import Slave
-from master.fmi.units import conversion
+from master.fmi.units import Conversion, conversion
 from master.process import position
 from master.stepping.compiler import build_program
 from master.stepping.failure import failure_of
@@ -33,13 +33,18 @@ from master.text.signal_name import SignalName
 
 @dataclass(frozen=True)
 class Link:
-    """One FMU of a chain: what drives its inputs and what is read from it."""
+    """
+    One FMU of a chain: what drives its inputs and what is read from it.
+
+    `conversions`: input to what becomes of the value on its wire; that of the units at both ends if none.
+    """
 
     name: str
     description: Description
     measured: Mapping[str, int]
     wired: Mapping[str, str]
     read: tuple[str, ...]
+    conversions: Mapping[str, Conversion] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -208,7 +213,7 @@ def _wires(chain: Sequence[Link], link: Link) -> list[Wire]:
     for name, signal in link.wired.items():
         source = ports[signal]
         target = Port(link.name, _number(link, name))
-        converted = conversion(source.variable.unit, target.variable.unit)
+        converted = link.conversions.get(name) or conversion(source.variable.unit, target.variable.unit)
         if converted is None:
             units = f"{source.variable.unit_name} -> {target.variable.unit_name}"
             raise ConfigError([f"{target.name}: units differ, got {units}, expected the same quantity"])

@@ -106,6 +106,7 @@ def search(
     candidates: Sequence[PlacedEffect],
     at_most: int = AT_MOST,
     is_adequate: Callable[[Fit], bool] = lambda _: False,
+    is_noise: Callable[[Fit], bool] = lambda _: False,
     begun: SearchResult | None = None,
 ) -> SearchResult:
     """
@@ -118,13 +119,15 @@ def search(
         at_most: Number of effects.
         is_adequate: Whether nothing that is left can be predicted: no more effects are looked for then, and
             a first one has to promise more, on rows that it has not seen.
+        is_noise: Whether no more is left than the noise of the channels: no next effect can decide then
+            between those that cannot be told apart.
         begun: A search to go on with, from its last effect.
     """
     so_far = _SoFar(_Fitted(ExtendedModel(), base), [])
     if begun is not None:
         so_far = _SoFar(_Fitted(begun.model, begun.fit), list(begun.rounds))
     try:
-        _add(study, base, candidates, at_most, is_adequate, so_far)
+        _add(study, base, candidates, at_most, is_adequate, is_noise, so_far)
     except TimeIsUpError:
         study.say("the time is up, the best so far is kept")
     present = so_far.present
@@ -148,6 +151,7 @@ def _add(
     candidates: Sequence[PlacedEffect],
     at_most: int,
     is_adequate: Callable[[Fit], bool],
+    is_noise: Callable[[Fit], bool],
     so_far: _SoFar,
 ) -> None:
     """Do the rounds of a search."""
@@ -159,7 +163,9 @@ def _add(
         step = ahead or _step(study, present, candidates, is_doubtful=is_doubtful)
         ahead = None
         is_last = len(rounds) + 1 == at_most
-        if len(step.family) > 1 and not is_last and not _is_enough(study, base, step.family[0].gain.fit):
+        is_open = len(step.family) > 1
+        is_over = is_open and is_noise(step.family[0].gain.fit)
+        if is_open and not (is_last or is_over or _is_enough(study, base, step.family[0].gain.fit)):
             decided = _looked_ahead(study, base, step, candidates)
             step = decided.step
             ahead = decided.after
@@ -180,7 +186,7 @@ def _add(
         so_far.present = _pruned(study, so_far.present)
         if so_far.present.model.effects != chosen.effects:
             ahead = None
-        if len(step.family) == 1 and is_adequate(so_far.present.fit):
+        if is_over or (len(step.family) == 1 and is_adequate(so_far.present.fit)):
             break
 
 

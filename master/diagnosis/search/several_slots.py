@@ -55,6 +55,7 @@ def with_laws_in_several_slots(
     result: SearchResult,
     candidates: Sequence[PlacedEffect],
     is_adequate: Callable[[Fit], bool],
+    is_noise: Callable[[Fit], bool] = lambda _: False,
 ) -> SearchResult:
     """
     Search again from the best law in several slots at once, and keep what ends better.
@@ -64,6 +65,7 @@ def with_laws_in_several_slots(
         result: What a search that adds one effect after the other ended with.
         candidates: Effects in their slots.
         is_adequate: See `search`; nothing is tried where the result is adequate.
+        is_noise: See `search`.
 
     The results of the two searches are compared once, by the power that they leave on the held-out blocks and
     what chance makes of it, as an effect is compared with the model before it. A comparison block by block
@@ -84,7 +86,9 @@ def with_laws_in_several_slots(
         return result
     found = begun
     if not is_adequate(begun.fit):
-        found = search(study, result.base, candidates, is_adequate=is_adequate, begun=begun)
+        found = search(
+            study, result.base, candidates, is_adequate=is_adequate, is_noise=is_noise, begun=begun
+        )
     return found if is_accepted(study.gain(result.fit, found.fit), 1) else result
 
 

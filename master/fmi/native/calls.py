@@ -1,8 +1,8 @@
 """
-Calls of C functions by address, from Python and from numba-compiled code alike.
+Calls of C functions by address, from Python and from compiled code alike.
 
-Each function here has a Python form over ctypes and an overload that numba compiles into a plain
-indirect call, so that the one stepping loop runs compiled and uncompiled.
+Each function here has a Python form over ctypes and one for compiled code, a plain indirect call, so that
+the one stepping loop runs compiled and uncompiled.
 """
 
 from __future__ import annotations
@@ -13,10 +13,8 @@ from functools import lru_cache
 from typing import Any
 
 from llvmlite import ir
-from numba import types
-from numba.extending import intrinsic
 
-from .jit import compiled_form
+from .jit import emitted
 
 _INT, _DOUBLE, _POINTER, _SIZE = ctypes.c_int, ctypes.c_double, ctypes.c_void_p, ctypes.c_size_t
 _EXCHANGE = (_INT, _POINTER, _POINTER, _SIZE, _POINTER)
@@ -85,116 +83,40 @@ def _indirect_call(builder: Any, address: Any, kinds: list[Any], arguments: list
     return builder.sext(builder.call(function, arguments), _I64)
 
 
-@intrinsic
-def _exchange_compiled(
-    typing: Any, address: Any, component: Any, references: Any, n: Any, values: Any
-) -> Any:
-    signature = types.int64(*[types.int64] * 5)
-
-    def generate(context: Any, builder: Any, _: Any, arguments: Any) -> Any:
-        return _indirect_call(builder, arguments[0], [_I64] * 4, list(arguments[1:]))
-
-    return signature, generate
+@emitted(exchange, "int64", *["int64"] * 5)
+def _(builder: Any, arguments: list[Any]) -> Any:
+    return _indirect_call(builder, arguments[0], [_I64] * 4, arguments[1:])
 
 
-@intrinsic
-def _exchange_3_compiled(
-    typing: Any, address: Any, component: Any, references: Any, n: Any, values: Any, n_values: Any
-) -> Any:
-    signature = types.int64(*[types.int64] * 6)
-
-    def generate(context: Any, builder: Any, _: Any, arguments: Any) -> Any:
-        return _indirect_call(builder, arguments[0], [_I64] * 5, list(arguments[1:]))
-
-    return signature, generate
+@emitted(exchange_3, "int64", *["int64"] * 6)
+def _(builder: Any, arguments: list[Any]) -> Any:
+    return _indirect_call(builder, arguments[0], [_I64] * 5, arguments[1:])
 
 
-@intrinsic
-def _do_step_compiled(typing: Any, address: Any, component: Any, t: Any, h: Any) -> Any:
-    signature = types.int64(types.int64, types.int64, types.float64, types.float64)
-
-    def generate(context: Any, builder: Any, _: Any, arguments: Any) -> Any:
-        kinds = [_I64, _F64, _F64, _I32]
-        return _indirect_call(builder, arguments[0], kinds, [*arguments[1:], _I32(1)])
-
-    return signature, generate
+@emitted(do_step, "int64", "int64", "int64", "float64", "float64")
+def _(builder: Any, arguments: list[Any]) -> Any:
+    return _indirect_call(builder, arguments[0], [_I64, _F64, _F64, _I32], [*arguments[1:], _I32(1)])
 
 
-@intrinsic
-def _do_step_3_compiled(typing: Any, address: Any, component: Any, t: Any, h: Any, answers: Any) -> Any:
-    signature = types.int64(types.int64, types.int64, types.float64, types.float64, types.int64)
-
-    def generate(context: Any, builder: Any, _: Any, arguments: Any) -> Any:
-        *to_call, answers_at = arguments[1:]
-        places = [builder.add(answers_at, _I64(8 * i)) for i in range(4)]
-        kinds = [_I64, _F64, _F64, _I1, *[_I64] * 4]
-        return _indirect_call(builder, arguments[0], kinds, [*to_call, _I1(1), *places])
-
-    return signature, generate
+@emitted(do_step_3, "int64", "int64", "int64", "float64", "float64", "int64")
+def _(builder: Any, arguments: list[Any]) -> Any:
+    *to_call, answers_at = arguments[1:]
+    places = [builder.add(answers_at, _I64(8 * i)) for i in range(4)]
+    kinds = [_I64, _F64, _F64, _I1, *[_I64] * 4]
+    return _indirect_call(builder, arguments[0], kinds, [*to_call, _I1(1), *places])
 
 
-@intrinsic
-def _state_compiled(typing: Any, address: Any, component: Any, argument: Any) -> Any:
-    signature = types.int64(*[types.int64] * 3)
-
-    def generate(context: Any, builder: Any, _: Any, arguments: Any) -> Any:
-        return _indirect_call(builder, arguments[0], [_I64] * 2, list(arguments[1:]))
-
-    return signature, generate
+@emitted(state, "int64", *["int64"] * 3)
+def _(builder: Any, arguments: list[Any]) -> Any:
+    return _indirect_call(builder, arguments[0], [_I64] * 2, arguments[1:])
 
 
-@intrinsic
-def _clock_time_compiled(typing: Any, address: Any, place: Any) -> Any:
-    def generate(context: Any, builder: Any, _: Any, arguments: Any) -> Any:
-        return _indirect_call(builder, arguments[0], [_I32, _I64], [_I32(MONOTONIC), arguments[1]])
-
-    return types.int64(*[types.int64] * 2), generate
+@emitted(clock_time, "int64", "int64", "int64")
+def _(builder: Any, arguments: list[Any]) -> Any:
+    return _indirect_call(builder, arguments[0], [_I32, _I64], [_I32(MONOTONIC), arguments[1]])
 
 
-@intrinsic
-def _clock_sleep_compiled(typing: Any, address: Any, place: Any) -> Any:
-    def generate(context: Any, builder: Any, _: Any, arguments: Any) -> Any:
-        given = [_I32(MONOTONIC), _I32(ABSOLUTE), arguments[1], _I64(0)]
-        return _indirect_call(builder, arguments[0], [_I32, _I32, _I64, _I64], given)
-
-    return types.int64(*[types.int64] * 2), generate
-
-
-# numba compares the parameters of both forms, annotations included: so there are none here.
-@compiled_form(exchange)
-def _(address, component, references, n, values):
-    return lambda address, component, references, n, values: _exchange_compiled(
-        address, component, references, n, values
-    )
-
-
-@compiled_form(exchange_3)
-def _(address, component, references, n, values, n_values):
-    return lambda address, component, references, n, values, n_values: _exchange_3_compiled(
-        address, component, references, n, values, n_values
-    )
-
-
-@compiled_form(state)
-def _(address, component, argument):
-    return lambda address, component, argument: _state_compiled(address, component, argument)
-
-
-@compiled_form(do_step)
-def _(address, component, t, h):
-    return lambda address, component, t, h: _do_step_compiled(address, component, t, h)
-
-
-@compiled_form(do_step_3)
-def _(address, component, t, h, answers):
-    return lambda address, component, t, h, answers: _do_step_3_compiled(address, component, t, h, answers)
-
-
-@compiled_form(clock_time)
-def _(address, place):
-    return lambda address, place: _clock_time_compiled(address, place)
-
-
-@compiled_form(clock_sleep)
-def _(address, place):
-    return lambda address, place: _clock_sleep_compiled(address, place)
+@emitted(clock_sleep, "int64", "int64", "int64")
+def _(builder: Any, arguments: list[Any]) -> Any:
+    given = [_I32(MONOTONIC), _I32(ABSOLUTE), arguments[1], _I64(0)]
+    return _indirect_call(builder, arguments[0], [_I32, _I32, _I64, _I64], given)

@@ -1,8 +1,8 @@
 """
 Values of every FMI type in memory, at an address, and the way between them and doubles.
 
-As in `calls`, each access has a Python form over ctypes and one that numba compiles. The compiled
-form chooses among typed loads and stores: views of arrays would take seconds to compile.
+As in `calls`, each access has a Python form over ctypes and one for compiled code, which chooses among typed
+loads and stores: views of arrays would take seconds to compile.
 """
 
 from __future__ import annotations
@@ -14,9 +14,6 @@ from typing import Any
 
 import numpy as np
 from llvmlite import ir
-from numba import types
-from numba.core import cgutils
-from numba.extending import intrinsic
 
 from master.fmi.value_types import (
     BOOLEAN,
@@ -34,7 +31,7 @@ from master.fmi.value_types import (
     UINT64,
 )
 
-from .jit import compiled_form, inner
+from .jit import emitted, inner
 
 LARGEST_SIZE = 8
 
@@ -110,6 +107,11 @@ def copy_cells(target: int, source: int, n: int) -> None:
     ctypes.memmove(int(target), int(source), 8 * int(n))
 
 
+def pointer_to(address: int) -> Any:
+    """Return an address as a pointer, from which arrays are made."""
+    return ctypes.c_void_p(int(address))
+
+
 _DOUBLE = ir.DoubleType()
 _WIDEST = ir.IntType(64)
 
@@ -153,64 +155,44 @@ def _choose(builder: Any, kind: Any) -> Iterator[int]:
     builder.position_at_end(behind)
 
 
-@intrinsic
-def _load_compiled(typing: Any, address: Any, j: Any, kind: Any) -> Any:
-    def generate(context: Any, builder: Any, _: Any, arguments: Any) -> Any:
-        address, j, kind = arguments
-        loaded = cgutils.alloca_once(builder, _DOUBLE)
-        for code in _choose(builder, kind):
-            typed = builder.load(_cell(builder, code, address, j))
-            builder.store(_to_double(builder, code, typed), loaded)
-        return builder.load(loaded)
-
-    return types.float64(*[types.int64] * 3), generate
+def copy_memory(builder: Any, target: Any, source: Any, n_bytes: Any) -> None:
+    """Emit the copy of bytes from a pointer to another one."""
+    byte = ir.IntType(8).as_pointer()
+    copy = builder.module.declare_intrinsic("llvm.memcpy", [byte, byte, _WIDEST])
+    places = [builder.bitcast(place, byte) for place in (target, source)]
+    builder.call(copy, [*places, n_bytes, ir.IntType(1)(0)])
 
 
-@intrinsic
-def _store_compiled(typing: Any, address: Any, j: Any, kind: Any, value: Any) -> Any:
-    def generate(context: Any, builder: Any, _: Any, arguments: Any) -> Any:
-        address, j, kind, value = arguments
-        for code in _choose(builder, kind):
-            builder.store(_from_double(builder, code, value), _cell(builder, code, address, j))
-        return context.get_dummy_value()
-
-    return types.none(*[types.int64] * 3, types.float64), generate
-
-
-@intrinsic
-def _integer_at_compiled(typing: Any, address: Any, j: Any) -> Any:
-    def generate(context: Any, builder: Any, _: Any, arguments: Any) -> Any:
-        return builder.load(_cell(builder, INT64, *arguments))
-
-    return types.int64(*[types.int64] * 2), generate
+@emitted(load, "float64", *["int64"] * 3)
+def _(builder: Any, arguments: list[Any]) -> Any:
+    address, j, kind = arguments
+    with builder.goto_entry_block():
+        loaded = builder.alloca(_DOUBLE)
+        builder.store(_DOUBLE(0.0), loaded)
+    for code in _choose(builder, kind):
+        typed = builder.load(_cell(builder, code, address, j))
+        builder.store(_to_double(builder, code, typed), loaded)
+    return builder.load(loaded)
 
 
-@intrinsic
-def _copy_cells_compiled(typing: Any, target: Any, source: Any, n: Any) -> Any:
-    def generate(context: Any, builder: Any, _: Any, arguments: Any) -> Any:
-        to, start = (_cell(builder, INT64, address, _WIDEST(0)) for address in arguments[:2])
-        cgutils.raw_memcpy(builder, to, start, arguments[2], LARGEST_SIZE)
-        return context.get_dummy_value()
-
-    return types.none(*[types.int64] * 3), generate
+@emitted(store, "none", *["int64"] * 3, "float64")
+def _(builder: Any, arguments: list[Any]) -> None:
+    address, j, kind, value = arguments
+    for code in _choose(builder, kind):
+        builder.store(_from_double(builder, code, value), _cell(builder, code, address, j))
 
 
-# numba compares the parameters of both forms, annotations included: so there are none here.
-@compiled_form(load)
-def _(address, j, kind):
-    return lambda address, j, kind: _load_compiled(address, j, kind)
+@emitted(integer_at, "int64", "int64", "int64")
+def _(builder: Any, arguments: list[Any]) -> Any:
+    return builder.load(_cell(builder, INT64, *arguments))
 
 
-@compiled_form(integer_at)
-def _(address, j):
-    return lambda address, j: _integer_at_compiled(address, j)
+@emitted(copy_cells, "none", *["int64"] * 3)
+def _(builder: Any, arguments: list[Any]) -> None:
+    to, start = (_cell(builder, INT64, address, _WIDEST(0)) for address in arguments[:2])
+    copy_memory(builder, to, start, builder.mul(arguments[2], _WIDEST(LARGEST_SIZE)))
 
 
-@compiled_form(copy_cells)
-def _(target, source, n):
-    return lambda target, source, n: _copy_cells_compiled(target, source, n)
-
-
-@compiled_form(store)
-def _(address, j, kind, value):
-    return lambda address, j, kind, value: _store_compiled(address, j, kind, value)
+@emitted(pointer_to, "voidptr", "int64")
+def _(builder: Any, arguments: list[Any]) -> Any:
+    return builder.inttoptr(arguments[0], ir.IntType(8).as_pointer())

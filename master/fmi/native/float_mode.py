@@ -14,10 +14,8 @@ from functools import lru_cache
 from typing import Any
 
 from llvmlite import binding, ir
-from numba import types
-from numba.extending import intrinsic
 
-from .jit import compiled_form
+from .jit import emitted
 
 _MACHINE = platform.machine().lower()
 _IS_X86 = _MACHINE in ("x86_64", "amd64")
@@ -91,14 +89,6 @@ def _compiled() -> Any:
     return called
 
 
-@intrinsic
-def _in_place(typing: Any) -> Any:
-    def generate(context: Any, builder: Any, _: Any, arguments: Any) -> Any:
-        return _build(builder)
-
-    return types.int32(), generate
-
-
-@compiled_form(restore_float_mode)
-def _():  # type: ignore[no-untyped-def]  # numba compares the parameters of both forms
-    return lambda: _in_place()  # type: ignore[call-arg]
+@emitted(restore_float_mode, "int32")
+def _(builder: Any, _: list[Any]) -> Any:
+    return _build(builder)

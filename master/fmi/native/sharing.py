@@ -12,12 +12,9 @@ import platform
 from typing import Any, NamedTuple
 
 from llvmlite import ir
-from numba import types
-from numba.core import cgutils
-from numba.extending import intrinsic
 
-from .cells import integer_at
-from .jit import inner
+from .cells import copy_memory, integer_at
+from .jit import emitted, inner
 
 
 class _Numbers(NamedTuple):
@@ -44,8 +41,6 @@ _CLOCK_MONOTONIC = 1
 _LOOKS_A_YIELD = 20
 _SECOND = 1_000_000_000  # ns
 
-_emitted: Any = intrinsic  # callers pass all arguments but the first
-
 _I32, _I64, _WORD = ir.IntType(32), ir.IntType(64), ir.IntType(32).as_pointer()
 
 
@@ -54,77 +49,77 @@ def kernel_entry() -> int:
     return ctypes.cast(ctypes.CDLL(None).syscall, ctypes.c_void_p).value or 0
 
 
-@_emitted  # type: ignore[untyped-decorator]
-def load_word(typing: Any, address: Any) -> Any:
+def load_word(address: int) -> int:
     """Read a word; nothing that the program reads later is read before it."""
-
-    def generate(context: Any, builder: Any, _: Any, arguments: Any) -> Any:
-        place = builder.inttoptr(arguments[0], _WORD)
-        return builder.zext(builder.load_atomic(place, "seq_cst", 4), _I64)
-
-    return types.int64(types.int64), generate
+    raise _only_compiled()
 
 
-@_emitted  # type: ignore[untyped-decorator]
-def store_word(typing: Any, address: Any, value: Any) -> Any:
+def store_word(address: int, value: int) -> None:
     """Write a word; all that the program wrote before it is seen with it."""
-
-    def generate(context: Any, builder: Any, _: Any, arguments: Any) -> Any:
-        place = builder.inttoptr(arguments[0], _WORD)
-        builder.store_atomic(builder.trunc(arguments[1], _I32), place, "seq_cst", 4)
-        return context.get_dummy_value()
-
-    return types.none(types.int64, types.int64), generate
+    raise _only_compiled()
 
 
-@_emitted  # type: ignore[untyped-decorator]
-def _pause(typing: Any) -> Any:
-    """Tell the processor that this is a loop which waits."""
-
-    def generate(context: Any, builder: Any, _: Any, arguments: Any) -> Any:
-        hint = "pause" if _MACHINE == "x86_64" else "yield"
-        code = ir.InlineAsm(ir.FunctionType(ir.VoidType(), []), hint, "~{memory}", side_effect=True)
-        builder.call(code, [])
-        return context.get_dummy_value()
-
-    return types.none(), generate
-
-
-@_emitted  # type: ignore[untyped-decorator]
-def kernel(typing: Any, entry: Any, number: Any, a: Any, b: Any, c: Any, d: Any) -> Any:
+def kernel(entry: int, number: int, a: int, b: int, c: int, d: int) -> int:
     """Make a call of the kernel with up to four arguments through `kernel_entry()`; -1 if it fails."""
-
-    def generate(context: Any, builder: Any, _: Any, arguments: Any) -> Any:
-        kind = ir.FunctionType(_I64, [_I64], var_arg=True)
-        function = builder.inttoptr(arguments[0], kind.as_pointer())
-        return builder.call(function, [*arguments[1:], _I64(0), _I64(0)])
-
-    return types.int64(*[types.int64] * 6), generate
+    raise _only_compiled()
 
 
-@_emitted  # type: ignore[untyped-decorator]
-def copy_bytes(typing: Any, target: Any, source: Any, n: Any) -> Any:
+def copy_bytes(target: int, source: int, n: int) -> None:
     """Copy n bytes from an address to another one."""
-
-    def generate(context: Any, builder: Any, _: Any, arguments: Any) -> Any:
-        byte = ir.IntType(8).as_pointer()
-        to, start = (builder.inttoptr(address, byte) for address in arguments[:2])
-        cgutils.raw_memcpy(builder, to, start, arguments[2], 1)  # type: ignore[no-untyped-call]
-        return context.get_dummy_value()
-
-    return types.none(*[types.int64] * 3), generate
+    raise _only_compiled()
 
 
-@_emitted  # type: ignore[untyped-decorator]
-def put_integer(typing: Any, address: Any, j: Any, value: Any) -> Any:
+def put_integer(address: int, j: int, value: int) -> None:
     """Write the j-th of the integers of 8 bytes from an address on."""
+    raise _only_compiled()
 
-    def generate(context: Any, builder: Any, _: Any, arguments: Any) -> Any:
-        first = builder.inttoptr(arguments[0], _I64.as_pointer())
-        builder.store(arguments[2], builder.gep(first, [arguments[1]]))
-        return context.get_dummy_value()
 
-    return types.none(*[types.int64] * 3), generate
+def _pause() -> None:
+    """Tell the processor that this is a loop which waits."""
+    raise _only_compiled()
+
+
+def _only_compiled() -> RuntimeError:
+    return RuntimeError("both sides of shared memory are compiled code, got a call from Python")
+
+
+@emitted(load_word, "int64", "int64")
+def _(builder: Any, arguments: list[Any]) -> Any:
+    place = builder.inttoptr(arguments[0], _WORD)
+    return builder.zext(builder.load_atomic(place, "seq_cst", 4), _I64)
+
+
+@emitted(store_word, "none", "int64", "int64")
+def _(builder: Any, arguments: list[Any]) -> None:
+    place = builder.inttoptr(arguments[0], _WORD)
+    builder.store_atomic(builder.trunc(arguments[1], _I32), place, "seq_cst", 4)
+
+
+@emitted(_pause, "none")
+def _(builder: Any, _: list[Any]) -> None:
+    hint = "pause" if _MACHINE == "x86_64" else "yield"
+    code = ir.InlineAsm(ir.FunctionType(ir.VoidType(), []), hint, "~{memory}", side_effect=True)
+    builder.call(code, [])
+
+
+@emitted(kernel, "int64", *["int64"] * 6)
+def _(builder: Any, arguments: list[Any]) -> Any:
+    kind = ir.FunctionType(_I64, [_I64], var_arg=True)
+    function = builder.inttoptr(arguments[0], kind.as_pointer())
+    return builder.call(function, [*arguments[1:], _I64(0), _I64(0)])
+
+
+@emitted(copy_bytes, "none", *["int64"] * 3)
+def _(builder: Any, arguments: list[Any]) -> None:
+    byte = ir.IntType(8).as_pointer()
+    to, start = (builder.inttoptr(address, byte) for address in arguments[:2])
+    copy_memory(builder, to, start, arguments[2])
+
+
+@emitted(put_integer, "none", *["int64"] * 3)
+def _(builder: Any, arguments: list[Any]) -> None:
+    first = builder.inttoptr(arguments[0], _I64.as_pointer())
+    builder.store(arguments[2], builder.gep(first, [arguments[1]]))
 
 
 @inner

@@ -30,16 +30,20 @@ def read_mdf(path: Path, _: str | None) -> Table:
     names = Counter(signal.name for _, signals in used for signal in signals)
     columns: dict[str, Any] = {}
     units: dict[str, str] = {}
+    clocks: dict[str, str] = {}
     for i, signals in used:
         clock = "time" if len(used) == 1 and "time" not in names else f"{i}.time"
         columns[clock] = signals[0].timestamps
+        clocks[clock] = clock
         units[clock] = "s"
         for signal in signals:
             key = signal.name if names[signal.name] == 1 else f"{i}.{signal.name}"
             columns[key] = _samples(signal)
             units[key] = signal.unit or ""
+            clocks[key] = clock
     table = by_columns(path, columns)
     table.units = {key: unit for key, unit in units.items() if unit}
+    table.clocks = clocks
     return table
 
 

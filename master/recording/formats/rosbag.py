@@ -9,7 +9,7 @@ begin of the bag.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -39,11 +39,16 @@ def read_bag(path: Path, _: str | None) -> Table:
             rows.setdefault(connection.topic, []).append(row)
     columns: dict[str, Any] = {}
     for topic, messages in rows.items():
-        for key in dict.fromkeys(key for row in messages for key in row):
+        for key in _keys(messages):
             columns[f"{topic}/{key}"] = np.array([row.get(key, np.nan) for row in messages])
     table = by_columns(path, columns)
     table.units = {key: "s" for key in columns if key.endswith(("/time", ".stamp"))}
+    table.clocks = {f"{topic}/{key}": f"{topic}/time" for topic in rows for key in _keys(rows[topic])}
     return table
+
+
+def _keys(messages: Sequence[Mapping[str, float]]) -> list[str]:
+    return list(dict.fromkeys(key for row in messages for key in row))
 
 
 def _numbers(message: Any, prefix: str, begin: int) -> Iterator[tuple[str, float]]:

@@ -27,7 +27,8 @@ class Table:
     `columns` have the lengths that the file gives, `first_row` is the number that people see for row 0 (2
     in a CSV with a header), `faults` are the cells that are no numbers, by column; "" are faults of whole
     rows. `units` are what the file says of its columns, `dates` the columns that held dates and are seconds
-    since their first row, `notes` what the reader took for granted.
+    since their first row, `notes` what the reader took for granted. `clocks` name the column that stamps
+    each column, where a file has several.
     """
 
     def __init__(self, path: Path, columns: Mapping[str, Array], first_row: int = 0) -> None:
@@ -38,6 +39,7 @@ class Table:
         self.units: dict[str, str] = {}
         self.dates: set[str] = set()
         self.notes: list[str] = []
+        self.clocks: dict[str, str] = {}
 
 
 def by_columns(path: Path, columns: Mapping[str, Any]) -> Table:

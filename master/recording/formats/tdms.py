@@ -24,6 +24,7 @@ def read_tdms(path: Path, _: str | None) -> Table:
         names = Counter(channel.name for channel in channels)
         columns: dict[str, Any] = {}
         units: dict[str, str] = {}
+        clocks: dict[str, str] = {}
         for channel in channels:
             is_unique = names[channel.name] == 1
             key = channel.name if is_unique else f"{channel.group_name}/{channel.name}"
@@ -32,6 +33,8 @@ def read_tdms(path: Path, _: str | None) -> Table:
             if _STEP in channel.properties:
                 columns[f"{key}.time"] = channel.time_track()
                 units[f"{key}.time"] = "s"
+                clocks |= {key: f"{key}.time", f"{key}.time": f"{key}.time"}
     table = by_columns(path, columns)
     table.units = {key: unit for key, unit in units.items() if unit}
+    table.clocks = clocks
     return table

@@ -18,7 +18,7 @@ from master.fmi.value_types import FLOAT64
 from master.process import position as cell
 
 from .operations import MISFIT, Answer, asks, handle_step_flags, is_bad
-from .program import BLOCK_WIDTH, CONVERSION_WIDTH, COPY_WIDTH, FEED_WIDTH
+from .program import ANSWER_CELLS, BLOCK_WIDTH, CONVERSION_WIDTH, COPY_WIDTH, FEED_WIDTH
 
 # As numbers of their own, for compiled code.
 PHASE = cell.PHASE
@@ -30,7 +30,7 @@ SETTING = float(cell.SETTING)
 MAKING_A_STEP = float(cell.MAKING_A_STEP)
 GETTING = float(cell.GETTING)
 
-ANSWERS = 32  # bytes, see `handle_step_flags`
+ANSWERS = 8 * ANSWER_CELLS  # bytes, see `handle_step_flags`
 
 
 class Call(IntEnum):

@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from master.fmi.native import calls
-from master.fmi.native.cells import LARGEST_SIZE, integer_at, row_at, store
+from master.fmi.native.cells import integer_at, row_at, store
 from master.fmi.native.jit import inner
 from master.fmi.value_types import FLOAT64
 from master.process import position as cell
 
-from .fmu_step import ANSWERS, RESTORED, SAVED, STEPPED, copy, feed, record, step_fmu
+from .fmu_step import RESTORED, SAVED, STEPPED, copy, feed, record, step_fmu
 from .operations import ENDED_WITHIN, NO_STATE, channel, close_loop, extrapolate, is_bad, mapped
 from .pace import STOPS, is_overrun, wait_for
 from .program import (
@@ -222,9 +222,7 @@ def execute(  # noqa: C901, PLR0913 - the one dispatch over all operations, in o
         memory.measured.ctypes.data,
         memory.measured.shape[1],
     )
-    values = memory.values.ctypes.data
-    scratch = np.zeros(ANSWERS + LARGEST_SIZE * memory.values.size, np.uint8)
-    scratch_at = scratch.ctypes.data  # taken once: in the loop its references would be counted each step
+    values, scratch = memory.values.ctypes.data, memory.scratch.ctypes.data
     places, limits = monitor.record.ctypes.data, monitor.limits.ctypes.data
     n_first, n_recorded, written = _n_first(monitor.record), monitor.record.size, rows.ctypes.data
     has_triggers = monitor.triggers.shape[0] > 0
@@ -246,7 +244,7 @@ def execute(  # noqa: C901, PLR0913 - the one dispatch over all operations, in o
                 t = t0 + (k + 1 - b) * h
                 slave = row_at(slaves, SLAVE_WIDTH, a)
                 store(position, SLAVE, FLOAT64, float(a))
-                step = step_fmu(slave, blocks, t, length * h, values, scratch_at, general, position)
+                step = step_fmu(slave, blocks, t, length * h, values, scratch, general, position)
                 if is_bad(step.status):
                     return Execution(FAILED, row, i, step.status, step.call)
                 if general is not None and step.asks_for_end:
@@ -279,7 +277,6 @@ def execute(  # noqa: C901, PLR0913 - the one dispatch over all operations, in o
                 return after
         if pace is not None and is_overrun(pace, k) and integer_at(pace, STOPS) != 0:
             return Execution(LATE, row + 1, 0, 0, 0)
-    scratch[0] = 0  # used until here: numba frees an array after its last use, whoever has its address
     return Execution(DONE, end - begin, 0, 0, 0)
 
 

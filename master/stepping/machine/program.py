@@ -79,6 +79,8 @@ MAP_WIDTH = 2
 LOOP_WIDTH = 5
 RESIDUAL_WIDTH = 3
 
+ANSWER_CELLS = 4  # of 8 bytes: what an FMU 3.0 answers to a step
+
 
 class Memory(NamedTuple):
     """
@@ -94,6 +96,7 @@ class Memory(NamedTuple):
     `feeds`: [target, column]
     `measured`: values that FEED copies, a row for each tick and one before the first
     `values`: one place for each signal
+    `scratch`: `ANSWER_CELLS`, followed by room for the largest block
     `rings`: cells of KEEP, EXTRAPOLATE and CHANNEL
     `states`: address of each slave's saved state
     `loops`: [operation to go back to, first row of `residuals`, after the last, most passes, passes]
@@ -111,6 +114,7 @@ class Memory(NamedTuple):
     feeds: Integers
     measured: Floats
     values: Floats
+    scratch: Floats
     rings: Floats
     states: Integers
     loops: Integers

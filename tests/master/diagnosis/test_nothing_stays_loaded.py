@@ -76,7 +76,7 @@ def exact(tmp_path):
 def lacking(tmp_path, monkeypatch):
     """A case whose model lacks an effect; tests and search end at once."""
     monkeypatch.setattr(diagnosing, "detect", lambda result: result)
-    monkeypatch.setattr(diagnosing, "search", lambda study, base, effects, is_adequate: nothing_found(base))
+    monkeypatch.setattr(diagnosing, "search", lambda study, base, effects, **_: nothing_found(base))
     return recorded(tmp_path, coulomb=20.0)
 
 

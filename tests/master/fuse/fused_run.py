@@ -102,7 +102,7 @@ def prepared(folder: Path, data: dict | str | Path, **request) -> Experiment:
 
 def exported(experiment: Experiment, folder: Path, version: str = "2.0") -> Path:
     path = folder / f"fused_{version[0]}.fmu"
-    path.write_bytes(fused_fmu(fused_system(experiment), version))
+    path.write_bytes(fused_fmu(fused_system(experiment, carries=True), version))
     return path
 
 

@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import json
-import zipfile
 
-import pytest
 import yaml
 from click.testing import CliRunner
 
-from fmu_sources.export import build
 from master.cli import main
 from tests.master.fuse.systems import MEMBERS, loop
 
@@ -40,34 +37,6 @@ def test_connectors_of_the_system_are_refused(tmp_path):
     [problem] = refused(tmp_path, data)
     assert problem.startswith("connectors: ")
     assert "'whole'" in problem
-
-
-@pytest.mark.slow
-def test_an_fmu_without_the_sources_of_this_project_is_refused_by_its_name(tmp_path):
-    source = build.target("spacecraft").path
-    changed = tmp_path / "changed.fmu"
-    with zipfile.ZipFile(source) as archive, zipfile.ZipFile(changed, "w") as copy:
-        for name in archive.namelist():
-            content = archive.read(name)
-            copy.writestr(name, content + b"\n" if name == "sources/step.c" else content)
-    bare = tmp_path / "bare.fmu"
-    with zipfile.ZipFile(source) as archive, zipfile.ZipFile(bare, "w") as copy:
-        for name in archive.namelist():
-            content = archive.read(name)
-            if name == "modelDescription.xml":
-                content = content.replace(b"dockloop (native flavour)", b"another tool")
-            copy.writestr(name, content)
-    data = loop(
-        [*MEMBERS, "changed", "bare"],
-        changed={"source": str(changed)},
-        bare={"source": str(bare)},
-    )
-
-    first, second = sorted(refused(tmp_path, data))
-    assert first.startswith("fmus.bare: ")
-    assert "an FMU of another tool" in first
-    assert second.startswith("fmus.changed: ")
-    assert "step.c missing or of another version" in second
 
 
 def test_a_tick_of_too_many_operations_is_refused(tmp_path):

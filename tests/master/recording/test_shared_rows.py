@@ -13,23 +13,24 @@ from master.process.position import N_BYTES, Position
 from master.recording.shared_rows import SharedRows
 
 N_SIGNALS = 100
-N_ROWS = 20_000
 
 
-def test_rows_are_taken_a_few_megabytes_at_a_time_whole_and_in_order():
-    rows = SharedRows(Position(shared_memory(N_BYTES)), N_SIGNALS, N_ROWS, is_ring=True)
-    values = np.arange(N_ROWS * N_SIGNALS, dtype=float).reshape(N_ROWS, N_SIGNALS)
+@pytest.mark.parametrize(("n_signals", "most"), [(4, 2**18), (100, 2**18), (2000, 2**21)])
+def test_rows_are_taken_a_small_piece_at_a_time_whole_and_in_order(n_signals, most):
+    n_rows = 2**21 // n_signals
+    rows = SharedRows(Position(shared_memory(N_BYTES)), n_signals, n_rows, is_ring=True)
+    values = np.arange(n_rows * n_signals, dtype=float).reshape(n_rows, n_signals)
     rows.add(values)
     taken = []
-    while len(some := rows.take(N_ROWS)):
+    while len(some := rows.take(n_rows)):
         taken.append(some)
 
     assert len(taken) > 1
-    assert max(some.nbytes for some in taken) <= 2**22
+    assert max(some.nbytes for some in taken) <= most
     assert np.array_equal(np.concatenate(taken), values)
 
 
-def test_a_row_wider_than_that_is_taken_alone():
+def test_a_row_of_megabytes_is_taken_alone():
     n_signals = 2**20
     rows = SharedRows(Position(shared_memory(N_BYTES)), n_signals, 3, is_ring=True)
     rows.add(np.ones((3, n_signals)))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from fmu_sources.effects.catalogue import effect
@@ -38,8 +39,7 @@ def page(report: Mapping[str, Any], panels: Sequence[Panel], units: Units) -> st
         panels: Charts and pictures that were drawn.
         units: Name of the unit of each variable `fmu.name`.
     """
-    drawn = {panel.file.stem: panel.charts for panel in panels if panel.charts}
-    still = (panel.file for panel in panels if not panel.charts)
+    drawn = {panel.file.stem: panel.charts for panel in panels if panel.file and panel.charts}
     return render(
         __package__ or "",
         "diagnosis.html.j2",
@@ -56,8 +56,13 @@ def page(report: Mapping[str, Any], panels: Sequence[Panel], units: Units) -> st
         descriptions={e["effect"]: effect(e["effect"]).description for e in report["effects"]},
         panels=panels,
         charts=drawn,
-        pictures={file: base64.b64encode(file.read_bytes()).decode() for file in still},
+        pictures={panel.file: _as_address(panel.file) for panel in panels if panel.file},
     )
+
+
+def _as_address(picture: Path) -> str:
+    """Return a PNG file as the address of an image in the page."""
+    return f"data:image/png;base64,{base64.b64encode(picture.read_bytes()).decode()}"
 
 
 def _gains(report: Mapping[str, Any], units: Units) -> Iterator[_Gain]:

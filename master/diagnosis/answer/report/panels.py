@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from matplotlib.figure import Figure
@@ -16,7 +16,9 @@ from master.pages.chart import Chart
 from .charts import residual_charts, sealed_charts
 from .compared import compared
 from .drawing import save
+from .law_in_slot import law_in_slot
 from .learned_law import law
+from .named_law import law_charts, law_figure, law_text
 from .residual import residual, where
 from .rivals import rivals
 
@@ -37,12 +39,18 @@ RIVALS = (
 
 @dataclass(frozen=True)
 class Panel:
-    """A picture: the part it shows, its file, the text below it, and charts in its place on the page."""
+    """
+    A picture: the part it shows, its file, the text below it, and charts in its place on the page.
+
+    That of a named law, `law` as `fmu.slot: effect`, is shown with the law; it has no file where it cannot be
+    drawn, and the text says why.
+    """
 
     part: str
-    file: Path
+    file: Path | None
     text: str
     charts: Sequence[Chart] = ()
+    law: str = ""
 
 
 def panels(diagnosis: Diagnosis, sealed: Mapping[str, SealedPart], folder: Path) -> list[Panel]:
@@ -67,6 +75,15 @@ def _panels(
         found.append(panel("where", where(part), WHERE))
     if part.search is not None and any(step.ranked for step in part.search.rounds):
         found.append(panel("rivals", rivals(part.search), RIVALS))
-    if part.learned is not None and part.learned.model.effects == part.chosen.effects:
+    is_learned = part.learned is not None and part.learned.model.effects == part.chosen.effects
+    if part.learned is not None and is_learned:
         found.append(panel("learned", law(part), f"The law that was learned: {part.learned.shape}."))
+    for placed in part.chosen.effects[: -1 if is_learned else None]:
+        named = law_in_slot(part, placed)
+        text = law_text(named)
+        if named.why_not:
+            found.append(Panel(name, None, text, law=str(placed)))
+            continue
+        drawn = panel(f"law_{placed.prefix}", law_figure(part, named), text, law_charts(part, named))
+        found.append(replace(drawn, law=str(placed)))
     return found

@@ -60,7 +60,8 @@ def report_schema() -> Schema:
         fmu=TEXT,
         slot=TEXT,
         effect=TEXT,
-        parameters=_by_name(NUMBER),
+        parameters=_by_name(_or_null(NUMBER)),
+        no_number=_by_name(TEXT),
         status={"enum": [status.value for status in Status]},
         why=TEXT,
         sealed_gain=_or_null(NUMBER),
@@ -80,9 +81,10 @@ def report_schema() -> Schema:
         nominal=_or_null(NUMBER),
         refitted=_or_null(NUMBER),
         deviation_refitted=_or_null(NUMBER),
-        with_effect=NUMBER,
+        with_effect=_or_null(NUMBER),
         deviation=_or_null(NUMBER),
         at_bound=TRUTH,
+        no_number=TEXT,
     )
     channel: Schema = {
         "type": "object",

@@ -16,14 +16,20 @@ Report = Mapping[str, Any]
 
 _PEOPLE = ("Coulomb",)
 _SURE = ("traced", "one of a class")
+NO_NUMBER = "has no number"
 MOST_VALUES = 3  # of a law in the sentence
 _HEADINGS = ("Parameters", "Source", "Limits", "State", "States", "Deviation", "Inputs", "Slots")
 
 
 @dataclass(frozen=True)
 class Law:
-    """The equation of an effect as its file has it, and its parameters: name, meaning, value, unit."""
+    """
+    The equation of an effect as its file has it, and its parameters: name, meaning, value, how it is known.
 
+    `name` is the effect in its place, `fmu.slot: effect`.
+    """
+
+    name: str
     title: str
     equation: str
     values: Sequence[Sequence[str]]
@@ -113,13 +119,17 @@ def _law(own: Mapping[str, Any], report: Report, units: Units) -> Law:
         if fitted is not None and fitted["with_effect"] is not None:
             value = fitted["with_effect"]
         shown = "" if value is None else number(value)
-        if fitted is not None and fitted["deviation"] is not None:
+        if fitted is not None and fitted["no_number"]:
+            shown = NO_NUMBER
+        elif fitted is not None and fitted["deviation"] is not None:
             shown += f" ± {number(fitted['deviation'], 2)}"
         unit = units.get(begin + v.name, "1")
-        if shown and unit not in ("1", ""):
+        if shown not in ("", NO_NUMBER) and unit not in ("1", ""):
             shown += f" {unit}"
         rows.append([v.name, v.description, shown, "fitted" if fitted is not None else "held"])
-    return Law(f"{added.description} in {own['fmu']}.{own['slot']}", equation_of(own["effect"]), rows)
+    place = f"{own['fmu']}.{own['slot']}"
+    name = f"{place}: {own['effect']}"
+    return Law(name, f"{added.description} in {place}", equation_of(own["effect"]), rows)
 
 
 def equation_of(name: str) -> str:

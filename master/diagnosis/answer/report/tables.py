@@ -51,12 +51,15 @@ def parameters(found: Mapping[str, Mapping[str, Any]], units: Mapping[str, str])
             units.get(name, "1"),
             number(p["nominal"]),
             _uncertain(p["refitted"], p["deviation_refitted"]),
-            _uncertain(p["with_effect"], p["deviation"]) + (" (at its bound)" if p["at_bound"] else ""),
+            _with_effect(p),
         ]
         for name, p in found.items()
     ]
     head = ["parameter", "unit", "nominal", "refitted, before", "with effect, after"]
-    note = "One standard deviation, of a residual that is taken as white."
+    note = (
+        "One standard deviation that holds where the residual is coloured. What has no number could be "
+        "nearly anything; the corrected model has the best of it."
+    )
     return Table(head, rows, (2, 3, 4), note, none="None was fitted.")
 
 
@@ -140,6 +143,12 @@ def _tests(part: str, r: Mapping[str, Any]) -> list[str]:
         ", ".join(drifting) or "none",
         number(r["whiteness_p"], 2),
     ]
+
+
+def _with_effect(p: Mapping[str, Any]) -> str:
+    if p["no_number"]:
+        return f"no number: {p['no_number']}"
+    return _uncertain(p["with_effect"], p["deviation"]) + (" (at its bound)" if p["at_bound"] else "")
 
 
 def _uncertain(value: Any, deviation: Any) -> str:

@@ -34,7 +34,7 @@ def error(rmse):
 
 def made_up_report() -> dict[str, Any]:
     fitted = {"nominal": None, "refitted": None, "deviation_refitted": None}
-    fitted |= {"with_effect": 20.5, "deviation": 0.12, "at_bound": False}
+    fitted |= {"with_effect": 20.5, "deviation": 0.12, "at_bound": False, "no_number": ""}
     return {
         "name": "a <case>",
         "verdict": "traced",

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from fmu_sources.effects.catalogue import effect, listed
+from master.diagnosis.answer.report import tables
 from master.diagnosis.answer.report.charts import curve, residual_charts
 from master.diagnosis.answer.report.compared import worst_stretch
 from master.diagnosis.answer.report.drawing import broken, thinned
@@ -122,6 +123,16 @@ def test_a_law_that_is_only_the_nearest_is_not_said_to_be_missing():
     assert "in axis.friction (nearest name). On rows" in first_sentence(report, UNITS)
 
 
+def test_a_parameter_that_could_be_nearly_anything_has_no_number_in_sentence_and_table():
+    report = made_up_report()
+    why = "its 95 % interval of +- 40 around 20.5 holds nearly all that it could be"
+    report["effects"][0]["parameters"]["level"] = None
+    report["parameters"]["axis.friction_coulomb_level"] |= {"with_effect": None, "no_number": why}
+
+    assert "(level has no number) in axis.friction" in first_sentence(report, UNITS)
+    assert tables.parameters(report["parameters"], UNITS).rows[0][-1] == f"no number: {why}"
+
+
 def test_a_law_is_an_equation_with_its_values():
     [law] = laws(made_up_report(), UNITS)
 
@@ -135,7 +146,7 @@ def test_every_effect_has_an_equation_for_the_report(name):
     assert "=" in equation_of(name)
 
 
-def test_charts_take_the_place_of_a_picture_and_names_stay_text(tmp_path):
+def test_charts_take_the_place_of_their_panel_which_is_not_drawn_again_and_names_stay_text(tmp_path):
     (tmp_path / "axis_sealed.png").write_bytes(b"picture")
     t = np.arange(3.0)
     nasty = "</script><img src=x onerror=alert(1)>"
@@ -159,11 +170,12 @@ def test_charts_take_the_place_of_a_picture_and_names_stay_text(tmp_path):
         "files": [nasty],
     }
 
-    text = page(report, [Panel(nasty, tmp_path / "axis_sealed.png", nasty, [chart])], {})
+    text = page(report, [Panel(nasty, tmp_path / "axis_sealed.png", nasty, [chart, chart])], {})
 
     assert "<img src=x" not in text
     assert text.count("</script>") == 3
-    assert "cGljdHVyZQ==" not in text
+    assert text.count('<img class="picture"') == text.count("data:image/png;base64,cGljdHVyZQ==") == 1
+    assert "image/svg+xml" not in text
     assert 'data-plots="axis_sealed"' in text
     assert "None was fitted." in text
 

@@ -7,6 +7,8 @@ from types import SimpleNamespace
 import pytest
 
 from master.diagnosis.case.cut import MeasuredInput, _parts
+from master.fmi.units import Conversion
+from master.system.graph import Wire
 
 HELD = {"input_hold": None}
 
@@ -30,7 +32,7 @@ def system(connections, holds=(), direct=()):
         )
 
     return SimpleNamespace(
-        wires=[SimpleNamespace(source=port(a), target=port(b)) for a, b in connections],
+        wires=[Wire(port(a), port(b), 0, Conversion()) for a, b in connections],
         instances={name: SimpleNamespace(description=description(name)) for name in names},
     )
 
@@ -40,6 +42,18 @@ def case(inputs, compared):
     given = {key: value if isinstance(value, tuple) else (value, None) for key, value in inputs.items()}
     entries = {key: SimpleNamespace(signal=signal, at=row) for key, (signal, row) in given.items()}
     return SimpleNamespace(case=SimpleNamespace(inputs=entries, compared=compared))
+
+
+def test_what_carries_a_signal_to_a_foreign_file_hands_it_the_row_that_this_takes():
+    """The file holds its input over the step: it would get the value of the row at its end otherwise."""
+    loaded = case({"a.u": "s"}, {"b.y": "s1"})
+    chain = system([("a.y", "b.u")], holds=["a"], direct=["a"])
+
+    [own] = _parts(loaded, chain, ["a", "b"])
+    [carried] = _parts(loaded, chain, ["a", "b"], foreign=["b"])
+
+    assert own.inputs["a"]["u"] == MeasuredInput("s", "end")
+    assert carried.inputs["a"]["u"] == MeasuredInput("s", "start")
 
 
 CHAIN = [("a.y", "b.u"), ("b.y", "c.u"), ("c.y", "a.u")]

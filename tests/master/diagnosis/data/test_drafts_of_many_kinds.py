@@ -13,9 +13,12 @@ from fmu_sources.framework.variables import Role
 from master.cli import main
 from master.diagnosis.case.case import load_case
 from master.diagnosis.data.measured_signals import measured
+from master.diagnosis.data.recordings import Column, read_rows
 from master.diagnosis.data.rig_proposals import FOLLOWER, RIGS
+from master.errors import DataError
 
 N = 3000
+N_OF_BAG = 800  # messages are slow to write
 T = np.arange(N) * 0.002
 A = np.sin(2.1 * T) + 0.4 * np.sin(7.3 * T)
 B = np.cos(2.1 * T) - 0.3 * np.sin(5.1 * T)
@@ -115,7 +118,62 @@ def jitter(path):
     )
 
 
+def bag(path, version):
+    """Two topics with clocks of their own: a joint at 500 Hz, a load cell at 300 Hz."""
+    from rosbags.rosbag1 import Writer as Writer1
+    from rosbags.rosbag2 import StoragePlugin
+    from rosbags.rosbag2 import Writer as Writer2
+    from rosbags.typesys import Stores, get_typestore
+
+    store = get_typestore(Stores.ROS1_NOETIC if version == 1 else Stores.ROS2_HUMBLE)
+    types = store.types
+    vector = types["geometry_msgs/msg/Vector3"]
+    wrench = types["geometry_msgs/msg/Wrench"]
+    stamped = types["geometry_msgs/msg/WrenchStamped"]
+    joint = types["sensor_msgs/msg/JointState"]
+    begin = 1_700_000_000 * 10**9
+    none = np.zeros(0)
+
+    def header(t):
+        stamp = types["builtin_interfaces/msg/Time"](sec=int(t // 10**9), nanosec=int(t % 10**9))
+        own = {"seq": 0} if version == 1 else {}
+        return types["std_msgs/msg/Header"](stamp=stamp, frame_id="", **own)
+
+    still = vector(x=0.0, y=0.0, z=0.0)
+    messages = []
+    for t, way in zip(T[:N_OF_BAG], B[:N_OF_BAG], strict=True):
+        at = begin + round(t * 1e9)
+        message = joint(header=header(at), name=["a"], position=np.array([way]), velocity=none, effort=none)
+        messages.append((at + 300_000, "/joint_states", message))
+    for t in np.arange(0.001, T[N_OF_BAG - 1], 1.0 / 300.0):
+        at = begin + round(t * 1e9)
+        force = wrench(force=vector(x=float(np.interp(t, T, A)), y=0.0, z=0.0), torque=still)
+        messages.append((at + 700_000, "/load_cell", stamped(header=header(at), wrench=force)))
+    writer = Writer1(path) if version == 1 else Writer2(path, version=8, storage_plugin=StoragePlugin.MCAP)
+    with writer:
+        pack = store.serialize_ros1 if version == 1 else store.serialize_cdr
+        topics = {}
+        for at, topic, message in sorted(messages, key=lambda entry: entry[0]):
+            name = message.__msgtype__
+            if topic not in topics:
+                topics[topic] = writer.add_connection(topic, name, typestore=store)
+            writer.write(topics[topic], at, pack(message, name))
+
+
+def mdf_of_two_loggers(path):
+    from asammdf import MDF, Signal
+
+    file = MDF(version="4.10")
+    file.append([Signal(B, T, name="stroke", unit="mm")])
+    slower = T[:-1:2] + 0.0007
+    file.append([Signal(np.interp(slower, T, A), slower, name="load", unit="kN")])
+    file.save(path, overwrite=True)
+
+
 KINDS = {
+    "run.bag": (lambda path: bag(path, 1), "servo_axis_inverse"),
+    "run": (lambda path: bag(path, 2), "servo_axis_inverse"),
+    "loggers.mf4": (mdf_of_two_loggers, "servo_axis_inverse"),
     "german_csv.csv": (german_csv, "cylinder"),
     "matlab.mat": (matlab_7_3, "rotary_axis"),
     "motor.tdms": (tdms, "dc_motor"),
@@ -148,7 +206,42 @@ def test_a_draft_proposes_the_rig_and_reads_the_recording(kind, tmp_path, monkey
     (model,) = loaded.case.fmus.values()
 
     assert model.source == source
-    assert sum(map(len, measured(loaded).values())) > 0.95 * N
+    assert sum(map(len, measured(loaded).values())) > 0.95 * (N_OF_BAG if kind.startswith("run") else N)
+
+
+def test_columns_of_two_clocks_of_a_file_are_brought_to_one(tmp_path):
+    """The load is stamped 0.7 ms later than every second stroke: at a row it is what it was at that time."""
+    case, _ = drafted(tmp_path, "loggers.mf4")
+    (run,) = measured(load_case(case)).values()
+
+    signal = next(v for v in run.signals.values() if np.abs(v).max() > 100.0)
+    assert signal == pytest.approx(1e3 * np.interp(run.t, T, A), abs=1.0)  # N, of 1400
+
+
+def test_a_bag_is_read_at_the_stamps_of_its_sensors(tmp_path):
+    """Messages were recorded 0.3 and 0.7 ms after their stamps: 0.4 ms between the topics are 2 mN."""
+    case, _ = drafted(tmp_path, "run")
+    (run,) = measured(load_case(case)).values()
+
+    assert run["force"] == pytest.approx(np.interp(run.t, T, A), abs=2e-4)
+
+
+def test_columns_of_another_clock_are_refused_with_what_to_write(tmp_path):
+    """Two loggers with as many rows as each other, half a row apart: no row is of one instant."""
+    from asammdf import MDF, Signal
+
+    file = MDF(version="4.10")
+    file.append([Signal(B, T, name="stroke", unit="mm")])
+    file.append([Signal(A, T + 0.001, name="load", unit="kN")])
+    file.save(tmp_path / "two.mf4", overwrite=True)
+    columns = {"way": Column("stroke", "mm"), "force": Column("load", "kN")}
+
+    with pytest.raises(DataError) as caught:
+        read_rows(tmp_path / "two.mf4", Column("0.time", "s"), columns)
+    assert str(caught.value) == (
+        f"{tmp_path / 'two.mf4'}: columns of force: got the clock '1.time', another one than '0.time', "
+        "expected merge: {file: two.mf4, time: {column: '1.time'}, signals: [force]}"
+    )
 
 
 @pytest.mark.parametrize("rig", [*RIGS, FOLLOWER])

@@ -51,3 +51,19 @@ def test_options_of_a_system_are_refused_for_a_case(option):
 
     assert done.exit_code == 2
     assert f"got {option[0]}, expected no option of a system" in done.stderr
+
+
+def test_a_check_filters_no_signal_and_still_refuses_a_filter_that_cannot_be(tmp_path, monkeypatch):
+    text = (CASES / "first_case.yaml").read_text(encoding="utf-8")
+    (tmp_path / "recordings").mkdir()
+    recording = CASES / "recordings" / "first_case.csv"
+    (tmp_path / "recordings" / "first_case.csv").write_bytes(recording.read_bytes())
+    signal = next(line for line in text.splitlines() if "column: force" in line or "force: {column" in line)
+    for lowpass, status in ((20, 0), (1e6, 2)):
+        filtered = signal.replace("}", f", lowpass: {lowpass}}}")
+        (tmp_path / "case.yaml").write_text(text.replace(signal, filtered), encoding="utf-8")
+        monkeypatch.setattr("scipy.signal.butter", lambda *given, **named: pytest.fail("a filter was made"))
+        done = check(tmp_path / "case.yaml")
+
+        assert done.exit_code == status, done.output
+    assert "lowpass: got 1e+06 Hz, expected less than " in done.stderr

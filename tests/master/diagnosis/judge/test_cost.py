@@ -30,7 +30,7 @@ PART = PartCost(
     is_software=False,
 )
 REPLAY = 3.5e-3 + 10_000 * 0.3e-6 + 50_000 * 0.1e-6  # s: 11.5 ms
-KNOWN = 4.5 + 2.3 + 2 * 1.45 + 80 * REPLAY + 1.5 + 0.2e-3 * 1000 * 2
+KNOWN = 4.5 + 2.3 + 2 * 0.8 + 80 * REPLAY + 1.5 + 0.2e-3 * 1000 * 2
 ROUND = 4 * 15 * (3 + 2) * REPLAY + 4 * (0.02 + 9e-6 * 10_000)
 
 

@@ -42,3 +42,15 @@ def test_a_prior_counts_as_what_it_says():
     deviation = float(np.mean([np.sqrt(sandwich(jacobian, r, 1, 1)[0, 0]) for r in residuals]))
 
     assert deviation == pytest.approx(1.0 / np.sqrt(2.0 * n), rel=0.1)
+
+
+def test_what_no_row_depends_on_alone_or_in_a_sum_is_not_known_at_all():
+    """Of two equal columns the sum is known, and neither of them; the others keep their deviation."""
+    noise = np.random.default_rng(9).standard_normal(N)
+    jacobian = np.column_stack([J, np.zeros(N), 2.0 * T, T])
+    alone = np.sqrt(np.diag(sandwich(np.column_stack([J, T]), noise, 1, 0)))
+
+    deviation = np.sqrt(np.diag(sandwich(jacobian, noise, 1, 0)))
+
+    assert np.isinf(deviation).tolist() == [False, False, True, True, True]
+    assert deviation[:2] == pytest.approx(alone[:2], rel=1e-2)

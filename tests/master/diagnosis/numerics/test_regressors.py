@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from master.diagnosis.numerics.folds import N_GROUPS, Folds, share_of
-from master.diagnosis.numerics.regressors import line, line_over, ridge, trees
+from master.diagnosis.numerics.regressors import line, line_over, ridge, trees, without_mains
 
 N = 8000
 T = np.arange(N) * 1e-3
@@ -73,6 +73,24 @@ def test_hum_of_the_mains_is_no_line_that_predicts():
     residual = np.sin(2.0 * np.pi * 50.0 * T) + 0.1 * NOISE
 
     assert share(residual, line(residual, np.ones(N), T, FOLDS, highest=200.0)).value < 0.02
+
+
+@pytest.mark.parametrize("mains", [49.97, 60.02])
+def test_hum_of_the_mains_is_no_law_that_swings_and_a_law_that_does_stays_one(mains):
+    """X has a line at 0.83 Hz: times one that far from the mains it makes one at the mains."""
+    hum = 2.0 * np.sin(2.0 * np.pi * mains * T + 0.4)
+    swing = X * np.sin(2.0 * np.pi * 1.8 * T)
+
+    def explained(residual):
+        quiet = without_mains(residual, T, FOLDS.rows, highest=61.0)
+        return share(residual, line(quiet, X, T, FOLDS, highest=61.0)).value
+
+    assert share(NOISE + hum, line(NOISE + hum, X, T, FOLDS, highest=61.0)).value > 0.15
+    assert explained(NOISE + hum) < 0.02
+    own = share(NOISE + swing, line(NOISE + swing, X, T, FOLDS, highest=61.0)).value
+    assert explained(NOISE + swing + hum) == pytest.approx(
+        own / (1.0 + np.var(hum) / np.var(NOISE + swing)), rel=0.1
+    )
 
 
 def test_a_fine_ripple_is_a_line_over_the_position():

@@ -10,10 +10,12 @@ import pytest
 from master.diagnosis.numerics.gains import gain, gain_over, is_accepted, is_worse
 from master.diagnosis.numerics.least_squares import Fit
 from master.diagnosis.replay.placed_effect import PlacedEffect
+from master.diagnosis.search import rounds
 from master.diagnosis.search.extended_model import ExtendedModel
 from master.diagnosis.search.families import Ranked, family, is_beaten
 from master.diagnosis.search.rounds import Round, _is_enough, _most_of_the_rest, shortlist
 from master.diagnosis.search.screening import Screened
+from master.diagnosis.search.study import Study
 
 N, BLOCKS = 1200, [slice(100 * i, 100 * (i + 1)) for i in range(12)]
 T = np.linspace(0.0, 6.0, N)
@@ -156,3 +158,30 @@ def test_an_offset_competes_however_many_others_promise_more():
     fitted_ones = shortlist([*ripples, offset, nothing])
 
     assert fitted_ones == [*ripples[:6], offset]
+
+
+@pytest.mark.parametrize("leaves_noise", [True, False])
+def test_no_next_effect_decides_in_a_family_that_leaves_noise_alone(study, monkeypatch, leaves_noise):
+    base = fitted(np.sin(9.0 * T))
+    noise = 0.1 * np.random.default_rng(6).standard_normal(N)
+    family_of_two = tuple(
+        Ranked(ExtendedModel((PlacedEffect("sensor", "output", name),)), study.gain(base, fitted(noise)))
+        for name in ("coulomb", "dahl")
+    )
+    step = Round(base, family_of_two, family_of_two)
+    looked = []
+
+    def looked_ahead(study, base, step, candidates):
+        looked.append(step)
+        return rounds._Decided(replace(step, family=step.family[:1]), Round(base, (), ()))
+
+    monkeypatch.setattr(rounds, "_step", lambda *_, **__: step)
+    monkeypatch.setattr(rounds, "_looked_ahead", looked_ahead)
+    monkeypatch.setattr(rounds, "ENOUGH", 0.0)
+    monkeypatch.setattr(Study, "fitted", lambda *_: fitted(noise))
+
+    found = rounds.search(study, base, [], at_most=2, is_noise=lambda _: leaves_noise)
+
+    assert len(found.rounds[0].family) == (2 if leaves_noise else 1)
+    assert bool(looked) is not leaves_noise
+    assert found.model.effects == family_of_two[0].model.effects

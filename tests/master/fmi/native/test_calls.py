@@ -5,8 +5,10 @@ import pytest
 from numba import njit
 
 from master.fmi.native import calls
+from master.fmi.native.jit import tell_numba
 from tests.stubs import EXCHANGE, STEP
 
+tell_numba()
 COMPONENT, ANSWER = 4711, 2
 
 

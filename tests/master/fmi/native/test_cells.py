@@ -3,8 +3,10 @@ import pytest
 from numba import njit
 
 from master.fmi.native.cells import LARGEST_SIZE, first_misfit, pack, unpack
+from master.fmi.native.jit import tell_numba
 from master.fmi.value_types import INT_BOOLEAN, NAMES
 
+tell_numba()
 LARGEST_FLOAT32 = float(np.finfo(np.float32).max)
 _pack = njit(pack)
 _unpack = njit(unpack)

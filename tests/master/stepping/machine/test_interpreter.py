@@ -2,7 +2,6 @@ import numpy as np
 import pytest
 
 from master.fmi.value_types import FLOAT32, INT32, INT64, UINT8
-from master.stepping.machine.compiled import compiled
 from tests.stubs import (
     DISCARD,
     ERROR,
@@ -185,14 +184,3 @@ def test_a_warning_does_not_end_the_run():
     outcome = bench({"warned": failing(2.0, WARNING)}).run(4)
 
     assert (outcome.status, outcome.steps) == ("completed", 4)
-
-
-def test_without_a_place_to_keep_it_the_loop_is_compiled_for_the_process(monkeypatch):
-    monkeypatch.setattr("numba.core.caching.CompileResultCacheImpl._locator_classes", [])
-    compiled.cache_clear()
-    try:
-        outcome = bench({"clock": clock()}).run(3, compiled=True)
-    finally:
-        compiled.cache_clear()
-
-    assert outcome.result["clock.t"].tolist() == [0.0, 1.0, 2.0, 3.0]
