@@ -41,6 +41,7 @@ PAPER = ("low_frequency", "high_frequency", "experiment", "experiment_1000kg", "
 COMPARED = PAPER[:4]
 NOISES = (0.03, 0.5)
 SETTINGS = {
+    "0.1, 1": {"tolerance": 0.1, "slow_limit": 1.0},
     "0.05, 1.8": {"tolerance": 0.05, "slow_limit": 1.8},
     "0.1, 1.8": {"tolerance": 0.1, "slow_limit": 1.8},
     "0.3, 1.8": {"tolerance": 0.3, "slow_limit": 1.8},
