@@ -162,6 +162,16 @@ def test_what_a_carried_fmu_says_is_wrong_is_said_of_its_instance(host):
         assert host.messages == ["two: rope torn (fmi2DoStep answered with status error)"]
 
 
+def test_an_input_that_the_type_of_a_carried_fmu_does_not_hold_is_refused(host):
+    host.start()
+    host.fmu.doStep(0.0, 0.1)
+    host.set("whole.count", 40000)
+    with pytest.raises(FMICallException):
+        host.fmu.doStep(0.1, 0.1)
+    if not host.is_2:
+        assert host.messages == ["three: value does not fit Int16, got 40000.0"]
+
+
 def test_instances_share_nothing_and_a_reset_one_repeats_its_run(experiment, fused):
     names = ["two.Real_out", "three.Float64_out", "two.Integer_out"]
     one, other = Host(fused, "one"), Host(fused, "other")
