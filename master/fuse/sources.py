@@ -8,7 +8,7 @@ from importlib.resources import files
 from master.system.graph import Port
 
 from .c_text import without_functions
-from .layout import Fused, FusedVariable
+from .layout import Fused, FusedVariable, InnerVariable
 from .program_c import TickWriter, number, plan, quoted, read
 from .refusal import refuse_long_program
 from .shared_c import fmi_headers, wrapper_sources
@@ -180,7 +180,7 @@ def _row(v: FusedVariable) -> str:
         str(row.is_fixed).lower(),
         str(row.is_hidden).lower(),
         number(v.start),
-        row.rules if row.rules == "NULL" else v.inner.model.prefix + row.rules,
+        v.inner.model.prefix + row.rules if isinstance(v, InnerVariable) and row.n_rules else "NULL",
         str(row.n_rules),
     )
     return f"    {{{', '.join(fields)}}},"
@@ -237,7 +237,7 @@ def _system(fused: Fused, writer: TickWriter) -> str:
     if fused.has_foreign:
         lines += [*_opening(fused), ""]
     lines += [*writer.first_values(), ""]
-    lines += [*StartWriter(fused).lines(), ""]
+    lines += [*StartWriter(fused, writer.program.place).lines(), ""]
     lines += [*writer.steps(), *writer.tick()]
     return "\n".join(lines) + "\n"
 

@@ -27,6 +27,7 @@ HELD = (2, 3, 4, 5, 10)  # ticks that a stale value is held
 NOTHING_LEFT = 1e-3  # of the residual before: what a fault leaves that explains it
 FEW_ROWS = 0.05  # of all, that a logger may have dropped
 MOST_ROWS = 0.9  # of those that do not replay
+QUIET_ROWS = 10  # in turn, after which a dropped row is forgotten
 AFTER_DROPPED = 3  # rows in which a dropped one shows as well
 UNIFORM = 12.0**-0.5  # deviation of a rounding error over the step
 OF_ROUNDING = 1.5  # what is left over what rounding makes: up to here it is rounding
@@ -108,8 +109,9 @@ def unknown_rows(study: Study, values: Mapping[str, float], predicted: Array) ->
     """
     Say why a part of software that does not replay to rounding may have no fault; empty if it has one.
 
-    Where rows alone do not replay in which the recording of an input did not move, and those after them, a
-    logger dropped what drove it there. Where all that was recorded was printed short, rounding may be left.
+    Where few rows do not replay, those in which the recording of an input did not move and the ones after
+    them, for as long as the part remembers, a logger dropped what drove it there. Where all that was recorded
+    was printed short, rounding may be left.
 
     Args:
         study: The part.
@@ -118,23 +120,38 @@ def unknown_rows(study: Study, values: Mapping[str, float], predicted: Array) ->
     """
     rows = study.bench.in_use
     size = np.maximum(study.measured[rows].std(axis=0), TINY)
-    left = np.abs(np.nan_to_num((study.measured - predicted)[rows], nan=np.inf))
-    odd = (left > EXACT * size).any(axis=1)
-    dropped = _is_dropped(study)[rows]
-    if odd.any() and dropped.mean() < FEW_ROWS and dropped[odd].mean() > MOST_ROWS:
+    left = np.abs(np.nan_to_num(study.measured - predicted, nan=np.inf))
+    is_odd = (left > EXACT * size).any(axis=1)
+    dropped = _is_dropped(study)
+    left = left[rows]
+    odd = is_odd[rows]
+    is_rare = odd.any() and max(odd.mean(), dropped[rows].mean()) < FEW_ROWS
+    if is_rare and _shows(dropped, is_odd)[rows][odd].mean() > MOST_ROWS:
         return (
             f"{100.0 * odd.mean():.2g} % of the rows do not replay, those in which an input was recorded as "
             "it was before and the ones after; all others do: the recording lacks what drove it there"
         )
-    steps = [step_of(study.bench.signal(m.signal)) for m in study.bench.part.columns]
+    inputs = [study.bench.signal(m.signal) for m in study.bench.part.columns]
+    steps = [step_of(values) for values in inputs]
+    moving = [step for step, values in zip(steps, inputs, strict=True) if np.ptp(values) > 0.0]
     own = np.array([step_of(study.measured[rows, i]) for i in range(study.measured.shape[1])])
-    if not steps or min(steps) <= 0.0 or own.min() <= 0.0:
+    if not moving or min(moving) <= 0.0 or own.min() <= 0.0:
         return ""
     changes = study.replayed_with_noise(values, [UNIFORM * step for step in steps], DRAWS)[:, rows]
     rounding = np.hypot(np.sqrt(np.nanmean(changes**2, axis=(0, 1))), UNIFORM * own)
     if np.any(np.sqrt(np.mean(left**2, axis=0)) > OF_ROUNDING * rounding):
         return ""
     return "all that was recorded of it was printed short, and what is left is that rounding"
+
+
+def _shows(dropped: Mask, odd: Mask) -> Mask:
+    """Rows in which a dropped one may show: from it on, until a few rows in turn are not odd."""
+    found = dropped.copy()
+    since = 0
+    for k in range(1, len(found)):
+        since = 0 if odd[k] or dropped[k] else since + 1
+        found[k] |= found[k - 1] and since <= QUIET_ROWS
+    return found
 
 
 def _is_dropped(study: Study) -> Mask:

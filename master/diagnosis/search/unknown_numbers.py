@@ -62,7 +62,8 @@ def _is_everything(p: FreeParameter, value: float, half: float, recorded: float 
     if recorded is not None:
         ranges.append((max(p.low, -recorded), recorded))
     return any(
-        min(value + half, high) - max(value - half, low) >= NEARLY_ALL * (high - low) for low, high in ranges
+        min(value + half, high) - max(value - half, low) >= NEARLY_ALL * (high - low) > 0.0
+        for low, high in ranges
     )
 
 

@@ -26,6 +26,7 @@ from tests.rig.lagrange.trials import (
     is_right_in_all,
     is_right_of_two,
     is_worse,
+    sample,
     table,
     truths,
     write_case,
@@ -183,3 +184,14 @@ def test_a_swing_of_the_friction_in_time_is_undeclared(tmp_path):
 def test_campaign_has_all_nuisances_laws_pairs_and_faults():
     kinds = (LAWS, LISTED, PAIRS, FAULTS)
     assert len(truths()) == len(NUISANCES) - 1 + sum(map(len, kinds)) + 1
+
+
+def test_every_part_of_the_sample_has_all_classes_and_is_the_same_each_time():
+    """Of six truths one has no effect, one is listed, one a fault, one a pair, and two are undeclared."""
+    drawn = sample(24)
+
+    assert drawn == sample(60)[:24]
+    assert len(set(drawn)) == 24
+    assert sum(truth.startswith("none:") for truth, _ in drawn) == 4
+    assert sum(truth in LAWS for truth, _ in drawn) == 8
+    assert [sum(t in group for t, _ in drawn) for group in (LISTED, FAULTS, PAIRS)] == [4, 4, 4]

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from master.diagnosis.judge.software_fault import software_fault, ticks_between_rows, unknown_rows
 from master.fmi.description import Kind
@@ -143,6 +144,21 @@ def test_rows_that_a_logger_dropped_are_no_fault(monkeypatch):
     assert unknown_rows(study(measured), {}, predicted).startswith("0.2 % of the rows do not replay")
 
 
+@pytest.mark.parametrize(("at", "is_dropped"), [([10, 1500], True), ([1500], True), ([1500], False)])
+def test_software_that_remembers_a_dropped_row_for_long_has_no_fault(monkeypatch, at, is_dropped):
+    """It smooths over 8 rows; a row that was dropped before the replay has settled shows as well."""
+    recorded = TABLE.copy()
+    if is_dropped:
+        recorded[at, 0] = recorded[np.array(at) - 1, 0]
+    true = TABLE[:, 0].copy()
+    if not is_dropped:
+        true[at] += 1.0
+    monkeypatch.setattr(sys.modules[__name__], "TABLE", recorded)
+    measured, predicted = (lfilter([0.125], [1.0, -0.875], a)[:, None] for a in (true, recorded[:, 0]))
+
+    assert bool(unknown_rows(study(measured), {}, predicted)) is is_dropped
+
+
 def test_a_rare_fault_in_rows_that_were_recorded_is_none_of_the_recording():
     measured = RIGHT[:, None].copy()
     measured[400::400] += 5.0
@@ -150,11 +166,15 @@ def test_a_rare_fault_in_rows_that_were_recorded_is_none_of_the_recording():
     assert not unknown_rows(study(measured), {}, RIGHT[:, None])
 
 
-def test_what_a_short_print_leaves_is_rounding_and_more_is_not(monkeypatch):
-    """Everything in steps of 0.1; then an output that is late as well."""
-    printed = 0.1 * np.round(TABLE / 0.1)
+@pytest.mark.parametrize("second_moves", [True, False])
+def test_what_a_short_print_leaves_is_rounding_and_more_is_not(monkeypatch, second_moves):
+    """Everything in steps of 0.1; then an output that is late as well. What does not move has no steps."""
+    true = TABLE if second_moves else np.column_stack([A, np.zeros(N)])
+    printed = 0.1 * np.round(true / 0.1)
     monkeypatch.setattr(sys.modules[__name__], "TABLE", printed)
-    predicted = replay(printed, {"soft.gain": 2.0, "soft.on": 1.0})
+    values = {"soft.gain": 2.0, "soft.on": 1.0}
+    right = replay(true, values)[:, 0]
+    predicted = replay(printed, values)
 
-    assert "printed short" in unknown_rows(study(0.1 * np.round(RIGHT / 0.1)[:, None]), {}, predicted)
-    assert not unknown_rows(study(0.1 * np.round(late(RIGHT) / 0.1)[:, None]), {}, predicted)
+    assert "printed short" in unknown_rows(study(0.1 * np.round(right / 0.1)[:, None]), {}, predicted)
+    assert not unknown_rows(study(0.1 * np.round(late(right) / 0.1)[:, None]), {}, predicted)
