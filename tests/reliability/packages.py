@@ -151,12 +151,11 @@ def tried_with(packages: list[str], *options: str) -> None:
         versions = [line for line in found.splitlines() if line.partition("==")[0].lower() in names]
         sys.stdout.write(f"{', '.join(versions)}\n")
         sys.stdout.flush()
-        results = Path(place) / "results"
         campaign = Path(place) / CAMPAIGN
         campaign.write_text(FEW_RUNS, encoding="utf-8")
-        for name, *arguments in TRIED:
+        for i, (name, *arguments) in enumerate(TRIED):
             given = [str(campaign) if one == CAMPAIGN else one for one in arguments]
-            output = ["--output", str(results)] if name != "check" else []
+            output = ["--output", str(Path(place) / f"results-{i}")] if name != "check" else []
             command = [str(python), "-m", "master", name, *given, *output]
             subprocess.run(command, cwd=PROJECT, check=True)
         tests = [str(python), "-m", "pytest", "-q", "-p", "no:cacheprovider", *SAMPLE]
