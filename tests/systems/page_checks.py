@@ -145,8 +145,10 @@ def _without_scripts(browser: Browser, page: Path) -> list[str]:
             "const isSeen = i => i.getClientRects().length && i.naturalWidth >= 300;"
             "return [...document.images].filter(i => !isSeen(i)).length"
         )
-        n_plots = browser.run("return document.querySelectorAll('.plot').length")
-        n_pictures = browser.run("return document.querySelectorAll('.plot .picture').length")
+        n_plots = browser.run(
+            "return document.querySelectorAll('.plots:not([data-still]) .plot, [data-still]').length"
+        )
+        n_pictures = browser.run("return document.querySelectorAll('.plot .picture').length")  # or one of all
         found += [f"{small} pictures are not seen"] if small else []
         found += [] if n_plots == n_pictures else [f"{n_plots} plots and {n_pictures} pictures"]
         return found + _layout(browser, PHONE)
