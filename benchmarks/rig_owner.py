@@ -15,7 +15,7 @@ import numpy as np
 
 from master.analysis.closed_loop.linearise import changed, frozen
 from master.api import prepare_to_run
-from master.catalogue import compensation_methods, silent
+from master.catalogue import silent
 from master.commissioning.beliefs import beliefs
 from master.commissioning.box import Box, own_values
 from master.commissioning.chirp import Chirp
@@ -118,7 +118,7 @@ def _told(seeds: list[int]) -> None:
 
 def _preflight(_: list[int]) -> None:
     """Damping of the matrix of a tick against that of a run without noise, in which nothing adapts."""
-    for method in compensation_methods():
+    for method in all_methods():
         [one] = prepared_methods(E2, Request(), method, silent)
         found = preflight(one.experiment, BOX, method)
         apart = [abs(_simulated(one.experiment, plant.factors) - plant.zeta) for plant in found.plants]

@@ -221,7 +221,7 @@ PARAMETERS = declare(
     ),
     parameter(
         "fit_limit",
-        5e-4,
+        5e-5,
         "1",
         "Unexplained share of the variance up to which the linear model fits",
         minimum=0.0,

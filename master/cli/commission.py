@@ -47,8 +47,12 @@ OF_FMUS = {"interpolations": 2.0, "spread": 0.01}
 @click.option(
     "--method", default="robust", show_default=True, metavar="METHOD", help="Whose parameters are written."
 )
-@click.option("--amplitude", type=POSITIVE, default=2e-4, show_default=True, help="Of the chirp [m].")
-@click.option("--duration", type=POSITIVE, default=6.0, show_default=True, help="Of the chirp [s].")
+@click.option(
+    "--amplitude", type=POSITIVE, default=Chirp.amplitude, show_default=True, help="Of the chirp [m]."
+)
+@click.option(
+    "--duration", type=POSITIVE, default=Chirp.duration, show_default=True, help="Of the chirp [s]."
+)
 @click.option("--highest", type=POSITIVE, default=15.0, show_default=True, help="Its highest frequency [Hz].")
 @click.option(
     "--stiffness-ratio", type=POSITIVE, default=0.01, show_default=True, help="How well k_m/k_p is known."

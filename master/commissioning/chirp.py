@@ -19,7 +19,7 @@ TAPER = 0.3
 class Chirp:
     """Amplitude [m], length of the sweep [s], and its frequencies [Hz]."""
 
-    amplitude: float = 2e-4
+    amplitude: float = 5e-4
     duration: float = 6.0
     lowest: float = 0.3
     highest: float = 15.0

@@ -10,7 +10,6 @@ from xml.etree import ElementTree as ET
 from fmu_sources.export.facts import DATE, TOOL, add_log_categories, document
 from fmu_sources.export.units import DISPLAY_UNITS
 from master.fmi.description import Variable
-from master.fmi.units import Unit
 
 from .layout import Fused, FusedVariable
 
@@ -215,16 +214,14 @@ def _items(parent: ET.Element, items: Sequence[tuple[str, int]]) -> None:
 
 
 def _units(root: ET.Element, fused: Fused) -> None:
-    found: dict[str, Unit] = {}
-    for _, v in _shown(fused):
-        unit = _said(v).unit
-        if unit is not None and v.row.type == "REAL":
-            found.setdefault(unit.name, unit)
+    found = fused.units
     if not found:
         return
     units = ET.SubElement(root, "UnitDefinitions")
     for name, unit in sorted(found.items()):
         element = ET.SubElement(units, "Unit", name=name)
+        if not unit.defined:
+            continue
         base = {key: str(exponent) for key, exponent in unit.exponents.items()}
         base |= {"factor": repr(unit.factor)} if unit.factor != 1.0 else {}
         base |= {"offset": repr(unit.offset)} if unit.offset != 0.0 else {}

@@ -41,12 +41,12 @@ def fused_system(experiment: Experiment, *, carries: bool = False) -> Fused:
 
     Args:
         experiment: The system.
-        carries: Whether FMUs without sources that this project knows are carried along as they are.
+        carries: Whether it becomes an FMU, which has connectors and carries FMUs without known sources along.
 
     Raises:
         ConfigError: With every reason why the system cannot be one FMU.
     """
-    refuse(experiment)
+    refuse(experiment, is_exported=carries)
     system = experiment.system
     problems: list[Problem] = []
     models: dict[str, InnerModel] = {}
@@ -73,7 +73,7 @@ def fused_system(experiment: Experiment, *, carries: bool = False) -> Fused:
         inners[name] = Inner(number, model, instance)
     if problems:
         raise ConfigError(problems)
-    return Fused(
+    fused = Fused(
         name=experiment.title,
         identifier=_identifier(experiment.title),
         description=experiment.config.description,
@@ -83,6 +83,9 @@ def fused_system(experiment: Experiment, *, carries: bool = False) -> Fused:
         models=tuple(models.values()),
         inners=inners,
     )
+    if carries and fused.unit_problems():
+        raise ConfigError(fused.unit_problems())
+    return fused
 
 
 def _model(description: Description, known: dict[str, InnerModel]) -> InnerModel:

@@ -7,6 +7,7 @@ Each instance has a model of its own, as it depends on the connections which var
 from __future__ import annotations
 
 import hashlib
+import math
 import re
 import sys
 from collections.abc import Iterable, Mapping, Sequence
@@ -162,22 +163,27 @@ class ForeignModel(InnerModel):
 
 def refusals(instance: Instance, system: System) -> list[Problem]:
     """Say what an instance whose FMU is carried along cannot have."""
-    received, sources = _wired(instance, system)
-    return [problem.at(f"fmus.{instance.name}") for problem in _problems(instance, {**received, **sources})]
+    received, handed, sources = _wired(instance, system)
+    wired = {**received, **handed, **sources}
+    return [problem.at(f"fmus.{instance.name}") for problem in _problems(instance, wired)]
 
 
-def _wired(instance: Instance, system: System) -> tuple[dict[str, Variable], dict[str, Variable]]:
-    """Variables by name that connections set, and that they read."""
-    received = [w.target.variable for w in system.wires_into(instance.name)]
-    sources = [w.source.variable for w in system.wires if w.source.instance == instance.name]
-    return {v.name: v for v in received}, {v.name: v for v in sources}
+def _wired(instance: Instance, system: System) -> list[dict[str, Variable]]:
+    """Variables by name that connections set, that inputs of the system set, and that connections read."""
+    name = instance.name
+    received = [w.target.variable for w in system.wires_into(name)]
+    handed = [w.target.variable for w in system.inlets if w.target.instance == name]
+    wires = (*system.wires, *system.outlets)
+    sources = [w.source.variable for w in wires if w.source.instance == name]
+    return [{v.name: v for v in variables} for variables in (received, handed, sources)]
 
 
 def foreign_model(instance: Instance, system: System, prefix: str) -> ForeignModel:
     """Make the model of an instance whose FMU is carried along, and that has no `refusals`."""
-    received, sources = _wired(instance, system)
+    received, handed, sources = _wired(instance, system)
+    wired = {*received, *handed, *sources}
     d = instance.description
-    chosen = [(v, role) for v in d.variables if (role := _role(v, {*received, *sources})) is not None]
+    chosen = [(v, role) for v in d.variables if (role := _role(v, wired)) is not None]
     chosen.sort(key=lambda pair: _ROLES.index(pair[1]))
     variables = [v for v, _ in chosen]
     rows = tuple(_row(v, role) for v, role in chosen)
@@ -207,8 +213,6 @@ def _problems(instance: Instance, wired: Mapping[str, Variable]) -> Iterable[Pro
             yield Problem(
                 "an array of an FMU that is carried along", got=v.name, expected="connections of scalars"
             )
-        elif v.alias_of is not None and v.causality == "input":
-            yield Problem("a connection to an alias", got=v.name, expected=f"one to {v.alias_of}")
     for name, value in instance.start.items():
         v = d.by_name[name]
         if v.array is not None or v.is_structural:
@@ -246,16 +250,18 @@ def _row(v: Variable, role: str) -> Row:
         type=kind,
         is_fixed=v.variability == "fixed",
         is_hidden=_is_hidden(v),
-        start=float(start) if isinstance(start, float | int) else 0.0,
+        start=float(start) if isinstance(start, float | int) and math.isfinite(start) else 0.0,
         rules="NULL",
         n_rules=0,
     )
 
 
 def _is_hidden(v: Variable) -> bool:
-    """Whether the fused FMU does not show a variable that a connection needs."""
+    """Whether the fused FMU cannot show a variable, which a connection may need all the same."""
     if v.causality not in ("parameter", "input", "output") or v.variability == "constant":
         return True
+    if isinstance(v.start_value, float) and not math.isfinite(v.start_value):
+        return True  # the wrapper takes finite values alone
     if v.kind is not Kind.INTEGER or v.items or v.value_type == INT32:
         return False
     return v.value_type in _BEYOND_INT32 or v.is_settable  # shown and set as Int32

@@ -13,13 +13,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
-from fmu_sources.export.native.codegen import wrapper_sources
 from master.fmi.description import Description, Variable
 from master.text.archive import Archive, ArchiveError
 
 from .c_text import declared_names, joined, with_prefix, without_functions
 from .prepared import Row as MovedRow
 from .prepared import with_prepared
+from .shared_c import wrapper_sources
 
 _GENERATED = ("model_data.h", "model_variables.c", "model_equations.c")
 _HEADERS = (

@@ -12,7 +12,7 @@ from master.fmi.slave import CInterface
 from master.fmi.value_types import BOOLEAN, FLOAT32, FLOAT64, INT64, INT_BOOLEAN, NAMES, RANGES
 from master.stepping.compiler import build_program
 from master.stepping.machine.program import BlockRow, Operation, Program
-from master.system.graph import Port
+from master.system.graph import Port, Wire
 
 from .inner import InnerModel
 from .layout import Fused, Inner
@@ -68,7 +68,13 @@ class TickWriter:
                 places |= {cell.place for cell in self.cells_to_set(a)}
         for source, target, _ in memory.residuals.tolist():
             places |= {source, target}
-        return places | {self.program.place[wire.source.name] for wire in self.fused.system.wires}
+        wires = (*self.fused.system.wires, *self.let_out)
+        return places | {self.program.place[wire.source.name] for wire in wires}
+
+    @property
+    def let_out(self) -> list[Wire]:
+        """Wires from FMUs to outputs of the system itself."""
+        return [wire for wire in self.fused.system.outlets if wire.source.instance in self.fused.inners]
 
     @property
     def saved(self) -> list[Inner]:
@@ -222,7 +228,7 @@ class TickWriter:
             for cell in self.cells_to_get(inner.number):
                 value = read(f"memory->{inner.member}.now.values[{cell.own}]", cell.value_type, inner.model)
                 yield f"    values[{cell.place}] = {value};"
-        for wire in self.fused.system.wires:
+        for wire in (*self.fused.system.wires, *self.let_out):
             source = f"values[{place[wire.source.name]}]"
             yield f"    values[{place[wire.target.name]}] = {carried(source, wire.conversion)};"
         for code, _, a, b, c, d in self.operations:

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from importlib.resources import files
 
-from fmu_sources.export.native.codegen import fmi_headers, wrapper_sources
 from master.system.graph import Port
 
 from .c_text import without_functions
-from .layout import Fused, FusedVariable
+from .layout import Fused, FusedVariable, InnerVariable
 from .program_c import TickWriter, number, plan, quoted, read
 from .refusal import refuse_long_program
+from .shared_c import fmi_headers, wrapper_sources
 from .start_c import StartWriter
 
 _NOT_OF_A_SYSTEM = (  # the parts of the wrapper that a system has in another form, or not at all
@@ -180,7 +180,7 @@ def _row(v: FusedVariable) -> str:
         str(row.is_fixed).lower(),
         str(row.is_hidden).lower(),
         number(v.start),
-        row.rules if row.rules == "NULL" else v.inner.model.prefix + row.rules,
+        v.inner.model.prefix + row.rules if isinstance(v, InnerVariable) and row.n_rules else "NULL",
         str(row.n_rules),
     )
     return f"    {{{', '.join(fields)}}},"
@@ -237,7 +237,7 @@ def _system(fused: Fused, writer: TickWriter) -> str:
     if fused.has_foreign:
         lines += [*_opening(fused), ""]
     lines += [*writer.first_values(), ""]
-    lines += [*StartWriter(fused).lines(), ""]
+    lines += [*StartWriter(fused, writer.program.place).lines(), ""]
     lines += [*writer.steps(), *writer.tick()]
     return "\n".join(lines) + "\n"
 

@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 from master.system.graph import Wire
 
 from .foreign import ForeignModel
-from .layout import INPUT, OUTPUT, PARAMETER, STATE, Fused, Inner
+from .layout import INPUT, OUTPUT, PARAMETER, STATE, Fused, Inner, InnerVariable
 from .program_c import carried, checked, number, quoted, read, written
 
 
 class StartWriter:
     """Writes the C that leads a system from its start values to its first row."""
 
-    def __init__(self, fused: Fused) -> None:
+    def __init__(self, fused: Fused, place: Mapping[str, int]) -> None:
         self.fused = fused
+        self.place = place
         self.inners = list(fused.inners.values())
         self.numbers = {wire.target.name: i for i, wire in enumerate(fused.system.wires)}
 
@@ -45,8 +46,10 @@ class StartWriter:
         yield "void system_take_inputs(Memory *memory, const double *values) {"
         yield "    (void)memory, (void)values;"
         for i, v in enumerate(self.fused.variables):
-            if v.role == INPUT:
+            if v.role == INPUT and isinstance(v, InnerVariable):
                 yield f"    memory->{v.inner.member}.now.values[{v.place}] = values[{i}];"
+        for wire in self.fused.system.inlets:
+            yield from self._handed_in(wire)
         yield "}"
         yield ""
         yield "void system_take_parameters(Memory *memory, const double *values) {"
@@ -71,12 +74,23 @@ class StartWriter:
         yield "}"
         yield ""
 
+    def _handed_in(self, wire: Wire) -> Iterator[str]:
+        """Let an input of an FMU have what the importer set for the whole system."""
+        inner, variable = self.fused.inners[wire.target.instance], wire.target.variable
+        value = carried(f"values[{self.fused.reference_of[wire.source.name]}]", wire.conversion)
+        target = f"memory->{inner.member}.now.values[{inner.model.place(variable)}]"
+        yield f"    {target} = {written(value, variable.value_type)};"
+
     def _publish(self) -> Iterator[str]:
         """Only what a host may see: the cells of a delay line, for example, stay where they are."""
         yield "void system_publish(const Memory *memory, double *values) {"
         yield "    (void)memory, (void)values;"
         first, n = 0, 0
-        shown = [i for i, v in enumerate(self.fused.variables) if v.role in (STATE, OUTPUT) and v.described]
+        shown = [
+            i
+            for i, v in enumerate(self.fused.variables)
+            if isinstance(v, InnerVariable) and v.role in (STATE, OUTPUT) and v.described
+        ]
         for reference in shown:
             if n and self._follow(first + n - 1, reference):
                 n += 1
@@ -84,17 +98,29 @@ class StartWriter:
             yield from self._shown(first, n)
             first, n = reference, 1
         yield from self._shown(first, n)
+        for wire in self.fused.system.outlets:
+            target, source = f"values[{self.fused.reference_of[wire.target.name]}]", wire.source.name
+            if wire.source.instance in self.fused.inners:
+                yield f"    {target} = memory->values[{self.place[wire.target.name]}];"
+            else:
+                handed = f"values[{self.fused.reference_of[source]}]"
+                yield f"    {target} = {carried(handed, wire.conversion)};"
         yield "}"
         yield ""
 
     def _follow(self, last: int, reference: int) -> bool:
         """Whether two variables are neighbours in the fused FMU and in their own."""
-        one, other = self.fused.variables[last], self.fused.variables[reference]
+        one, other = self._own(last), self._own(reference)
         return reference == last + 1 and one.inner is other.inner and other.place == one.place + 1
+
+    def _own(self, reference: int) -> InnerVariable:
+        v = self.fused.variables[reference]
+        assert isinstance(v, InnerVariable), "only variables of FMUs are shown in rows"
+        return v
 
     def _shown(self, first: int, n: int) -> Iterator[str]:
         if n:
-            v = self.fused.variables[first]
+            v = self._own(first)
             own = f"memory->{v.inner.member}.now.values + {v.place}"
             yield f"    memcpy(values + {first}, {own}, {n} * sizeof(double));"
 

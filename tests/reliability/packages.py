@@ -23,12 +23,22 @@ from typing import Any
 
 PROJECT = Path(__file__).parents[2]
 EPOCH = "1577836800"  # 2020-01-01, of files whose time would be that of the checkout
-TOOLS = ("pytest>=8", "hypothesis>=6.100")
+TOOLS = ("pytest>=8", "pytest-cov>=5", "hypothesis>=6.100")
+CAMPAIGN = "campaign.yaml"
+FEW_RUNS = """\
+name: few
+description: A few runs
+system: low_frequency
+vary:
+  force_sensor.T_f: {uniform: [8, 12], unit: ms}
+design: {method: sobol, size: 4, seed: 1}
+"""
 TRIED = (
     ("check", "low_frequency"),
     ("run", "low_frequency", "--stop-time", "1", "--page"),
     ("run", "low_frequency", "--stop-time", "0.1", "--isolate", "all"),
     ("analyse", "low_frequency"),
+    ("sweep", CAMPAIGN, "--workers", "1"),
     ("diagnose", "configs/measured/first_case.yaml"),
 )
 SAMPLE = (
@@ -142,9 +152,13 @@ def tried_with(packages: list[str], *options: str) -> None:
         sys.stdout.write(f"{', '.join(versions)}\n")
         sys.stdout.flush()
         results = Path(place) / "results"
-        for command in TRIED:
-            output = ["--output", str(results)] if command[0] != "check" else []
-            subprocess.run([str(python), "-m", "master", *command, *output], cwd=PROJECT, check=True)
+        campaign = Path(place) / CAMPAIGN
+        campaign.write_text(FEW_RUNS, encoding="utf-8")
+        for name, *arguments in TRIED:
+            given = [str(campaign) if one == CAMPAIGN else one for one in arguments]
+            output = ["--output", str(results)] if name != "check" else []
+            command = [str(python), "-m", "master", name, *given, *output]
+            subprocess.run(command, cwd=PROJECT, check=True)
         tests = [str(python), "-m", "pytest", "-q", "-p", "no:cacheprovider", *SAMPLE]
         subprocess.run(tests, cwd=PROJECT, check=True)
 

@@ -14,7 +14,6 @@ import sys
 
 import click
 import pytest
-from click.testing import CliRunner
 
 from master.cli.common import JSON, answers_errors
 from master.errors import FmuError, MasterError
@@ -33,18 +32,20 @@ def test_address_space_that_the_system_does_not_give_is_named():
         shared_memory(2**62)
 
 
-def test_a_command_that_runs_out_of_memory_says_so_and_has_the_status_of_a_wrong_input():
+def test_a_command_that_runs_out_of_memory_says_so_and_has_the_status_of_a_wrong_input(capsys):
     @click.command()
     @JSON
     @answers_errors
     def command(as_json):
         raise MemoryError
 
-    done = CliRunner().invoke(command, ["--json"])
+    with pytest.raises(SystemExit) as end:
+        command(["--json"])
+    said = capsys.readouterr()
 
-    assert done.exit_code == 2
-    assert done.stderr.startswith("memory: there is too little, expected more address space")
-    assert json.loads(done.stdout)["status"] == "failed"
+    assert end.value.code == 2
+    assert said.err.startswith("memory: there is too little, expected more address space")
+    assert json.loads(said.out)["status"] == "failed"
 
 
 def limited(n_bytes):

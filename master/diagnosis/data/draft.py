@@ -24,6 +24,10 @@ from .recordings import FEWEST_SAMPLES, same_clock
 from .rig_proposals import Proposal, Told, proposed
 
 _IN_NAME = re.compile(r"^(.*?)\s*[\[(]([^\])]+)[\])]$")
+_AT_END = re.compile(  # of one letter, `p_A` is as likely a place as a unit
+    r"^(.+)_([mu]s|min|[mucd]m|kN|k?Nm|[hkM]?Pa|m?bar|psi|degC|degF|deg|rad|rpm|[mk]V|mA|kW|k?Hz)$"
+)
+_SPOKEN = {"Nm": "N m", "kNm": "kN m", "degrees": "deg", "sec": "s", "seconds": "s"}  # never nanometres
 _TIME = re.compile(r"time|clock|stamp|zeit|^t\b|^t_|^sec", re.IGNORECASE)
 _STAMP = ".stamp"  # of a message of ROS, by its sender; its own time is when it was recorded
 _WINDOW = 200  # rows of a replay of a model that drifts
@@ -357,9 +361,10 @@ def _unit(table: Table, name: str) -> tuple[str, str]:
     """Unit of a column and what tells it; "" where nothing does, or none that is known."""
     if name in table.dates:
         return "s", "dates"
-    in_name = _IN_NAME.match(name)
+    in_name = _IN_NAME.match(name) or _AT_END.match(name)
     for told, source in ((table.units.get(name, ""), "file"), (in_name[2] if in_name else "", "its name")):
         plain = told.strip().strip("[](){}<>").strip()
+        plain = _SPOKEN.get(plain, plain)
         if plain:
             try:
                 unit(plain)

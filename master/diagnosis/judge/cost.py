@@ -3,8 +3,9 @@ What a diagnosis of a case will cost: processor time, estimated from what is kno
 
 Loading, judging, pictures and corrected FMUs have constant costs. The search costs as many replays as it
 makes, which depends on what is missing and is not known. `seconds` is that of a case in whose longest part
-one effect is found, `low` where nothing is missing, `high` where the search goes on for four rounds. All
-constants are processor seconds of one machine (docs/diagnosis.md), scaled by a short measurement of this one.
+the search goes on for two rounds, `low` where nothing is missing, `high` where it goes on for four. Each
+round fits the effects of all rounds so far. All constants are processor seconds of one machine
+(docs/diagnosis.md), scaled by a short measurement of this one.
 """
 
 from __future__ import annotations
@@ -46,7 +47,9 @@ SCREENED_STEP = 9e-6  # s an effect and step
 MOST_FITS = 10  # of a round
 PASSES = 15  # replays of all that is fitted, a parameter and fit
 OWN_PARAMETERS = 2  # of an effect, about
-ROUNDS = 1.6  # of a search that finds one effect: one, and what is fitted after it
+FITTED_ROW = 0.8e-6  # s a row, channel and pass of a fit: residual, derivatives, decomposition
+AGAIN = 2.0  # a round's fits are made once more: earlier effects, laws in their place, each effect left out
+ROUNDS = 2.0  # between one effect and a search to its end
 ROUNDS_OF_ALL = 4.0
 PASSES_OF_BASE = 80
 PAIRS = 0.6  # of the effects in one place: models of two that a second round builds
@@ -98,8 +101,10 @@ class PartCost:
         if self.is_software:
             return 0.0
         fits = min(self.effects, MOST_FITS)
-        passes = fits * PASSES * (self.parameters + OWN_PARAMETERS)
-        return rounds * (passes * self.replay + self.effects * self.screened)
+        own = OWN_PARAMETERS * rounds * (rounds + 1.0) / 2.0  # one effect's more in each round
+        passes = AGAIN * fits * PASSES * (rounds * self.parameters + own)
+        one_pass = self.replay + FITTED_ROW * self.rows * self.channels
+        return passes * one_pass + rounds * self.effects * self.screened
 
     @property
     def to_build(self) -> float:
@@ -118,7 +123,7 @@ class Cost:
 
     @property
     def seconds(self) -> float:
-        """Of a case in whose longest part one effect is found."""
+        """Of a case in whose longest part the search goes on for two rounds."""
         longest = max((p.search(ROUNDS) + BUILT * p.to_build for p in self.parts), default=0.0)
         return (self._known + CORRECTED + longest) / self.speed
 
@@ -239,4 +244,4 @@ def _built_names() -> frozenset[str]:
 
 def _rounded(seconds: float) -> str:
     """Two digits, in seconds or minutes."""
-    return f"{seconds:.2g} s" if seconds < 100.0 else f"{seconds / 60.0:.2g} min"
+    return f"{seconds:.2g} s" if seconds < 99.5 else f"{seconds / 60.0:.2g} min"

@@ -17,6 +17,7 @@ from fmu_sources.framework.model import Model
 from fmu_sources.framework.variables import Role
 from master.diagnosis.case.cut import CutSystem, Values
 from master.diagnosis.numerics.arrays import Array
+from master.fmi.units import Conversion
 from master.text.signal_name import SignalName
 
 from .replay_bench import ReplayBench, Segment
@@ -109,7 +110,8 @@ def _inputs(
         if measured:
             inputs[name] = bench.signal(measured.signal)
         elif wire:
-            inputs[name] = replayed[wire]
+            carried = bench.part.conversions.get(f"{fmu}.{name}", Conversion())
+            inputs[name] = np.array([carried.of(v) for v in replayed[wire].tolist()])
         else:
             inputs[name] = np.full(len(bench.times), float(values.get(name, starts[name])))
     return inputs

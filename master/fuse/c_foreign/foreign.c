@@ -249,6 +249,25 @@ static int alike(ForeignCells cells, int first) {
     return n;
 }
 
+/* Whether an integer type holds a value: of 64 bits, one of which a double has all digits. */
+static bool fits(ValueType type, double value) {
+    static const double least[N_VALUE_TYPES] = {
+        [VALUE_INT8] = INT8_MIN, [VALUE_INT16] = INT16_MIN, [VALUE_INT32] = INT32_MIN, [VALUE_INT64] = -0x1p53 + 1.0};
+    static const double largest[N_VALUE_TYPES] = {
+        [VALUE_INT8] = INT8_MAX,   [VALUE_UINT8] = UINT8_MAX,     [VALUE_INT16] = INT16_MAX,
+        [VALUE_UINT16] = UINT16_MAX, [VALUE_INT32] = INT32_MAX,   [VALUE_UINT32] = UINT32_MAX,
+        [VALUE_INT64] = 0x1p53 - 1.0, [VALUE_UINT64] = 0x1p53 - 1.0};
+    const double nearest = nearbyint(value);
+    return largest[type] == 0.0 || (least[type] <= nearest && nearest <= largest[type]);
+}
+
+static bool refuse_misfit(Foreign *foreign, ValueType type, double value) {
+    Text what = {.length = 0};
+    text_append(&what, "value does not fit %s, got ", type_name(foreign, type));
+    text_append_number(&what, value);
+    return fail(foreign, what.at);
+}
+
 static bool set_cells(Foreign *foreign, ForeignCells cells, const double *values) {
     unsigned references[MOST_AT_ONCE];
     double some[MOST_AT_ONCE];
@@ -258,6 +277,9 @@ static bool set_cells(Foreign *foreign, ForeignCells cells, const double *values
         for (int i = 0; i < n; i++) {
             references[i] = cells.at[first + i].reference;
             some[i] = values[cells.at[first + i].place];
+            if (!fits(type, some[i])) {
+                return refuse_misfit(foreign, type, some[i]);
+            }
         }
         if (!exchanged(foreign, "Set", type, set_typed(foreign, type, references, (size_t)n, some))) {
             return false;
@@ -337,8 +359,11 @@ static bool set_starts(Foreign *foreign, const double *values) {
 
 /* Where it is */
 
+/* Value of a hexadecimal digit, -1 if it is none. */
 static int digit(char c) {
-    return c >= '0' && c <= '9' ? c - '0' : c >= 'a' && c <= 'f' ? c - 'a' + 10 : c >= 'A' && c <= 'F' ? c - 'A' + 10 : -1;
+    static const char digits[] = "0123456789abcdef0123456789ABCDEF";
+    const char *at = c == '\0' ? NULL : strchr(digits, c);
+    return at == NULL ? -1 : (int)(at - digits) % 16;
 }
 
 /* Path of a folder that an importer names by a URI (FMI 2.0) or by a path (FMI 3.0), without a slash at its end. */
@@ -499,7 +524,7 @@ static bool load(Foreign *foreign, const char *resources) {
     return find_functions(foreign) && instantiate(foreign);
 }
 
-/* Most of one more than the places: none may have a value. */
+/* Number of places that the importer may set a value at, at least one. */
 static int n_places(const ForeignFmu *fmu) {
     int n = 1;
     for (int i = 0; i < fmu->n_starts; i++) {
@@ -551,6 +576,7 @@ void foreign_close(Foreign *foreign) {
 
 /* A run */
 
+/* A function that takes the instance alone. */
 static bool call(Foreign *foreign, FunctionName function) {
     const int status = (int)((fmi2ResetTYPE *)foreign->functions[function])(foreign->component);
     return went_well(foreign, name_of(foreign, function), status);

@@ -13,6 +13,7 @@ import yaml
 
 from fmu_sources.export import native
 from fmu_sources.export.native import NativeBuildError
+from master import installation
 from master.campaign import fused, proven
 from master.campaign.fused import FUSED, Fusing
 from master.campaign.plan import make_plan
@@ -127,6 +128,13 @@ def test_what_is_known_without_sources_is_said_of_the_first_run_on(plan):
     assert Fusing(plan({"spacecraft.m_s": {"values": [300.0, 900.0]}})).form == fused.TOO_FEW
     order = {"coupling.order": {"values": [MEMBERS, [MEMBERS]]}}
     assert Fusing(plan(order)).form == "coupling.order changes the system itself"
+
+
+def test_without_what_builds_native_fmus_runs_are_made_with_the_fmus_apart(plan, monkeypatch):
+    monkeypatch.setattr(installation, "is_installed", lambda module: module != "casadi")
+    planned = plan({"spacecraft.m_s": {"uniform": [500, 900]}}, design={"method": "random", "size": 256})
+
+    assert reason(planned).startswith("the fused form of a system: not installed, got no casadi")
 
 
 def test_the_failure_of_a_compiler_is_told_with_its_first_line(plan, monkeypatch):

@@ -13,11 +13,12 @@ from click.testing import CliRunner
 
 from master.analysis.closed_loop.linearise import changed, frozen
 from master.api import prepare_to_run
-from master.catalogue import compensation_methods, silent
+from master.catalogue import silent
 from master.cli import main
 from master.commissioning.box import Box, default_box, own_values, read_box
 from master.commissioning.methods import prepared_methods
 from master.commissioning.preflight import in_loops, preflight
+from master.comparison.methods import all_methods
 from master.errors import ConfigError
 from master.evaluation.modes import dominant_mode
 from master.experiment.prepare import Request
@@ -60,7 +61,7 @@ def simulated(experiment, box, factors, seconds=15.0):
     return mode.zeta
 
 
-METHODS = compensation_methods()
+METHODS = tuple(all_methods())
 
 
 @pytest.mark.parametrize("method", long_for([m for m in METHODS if m not in QUICK], METHODS))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from master.comparison.cells import read_cells
+from master.comparison.cells import Cell, read_cells
 from master.comparison.compare import Score, Task, scores
 from master.comparison.methods import all_methods
 from master.installation import CONFIG_FOLDER
@@ -36,6 +36,18 @@ def test_preset_l_diverges_with_a_noisy_encoder_and_preset_f_does_not():
     assert found["paper_L"].status == "diverged"
     assert found["paper_F"].status == "completed"
     assert found[OURS].s_des < 0.4
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("config", ["high_frequency", "experiment_1000kg"])
+def test_a_stiffness_that_varies_is_not_taken_for_a_latency(config):
+    """A rope that varies by 12 % at 1 Hz, with the bounds of one that varies by 20 %."""
+    varies = {f"{part}.k_p_amplitude": "0.12 contact.k_p" for part in ("contact", "ideal")}
+    cell = Cell(set=dict(varies), stop_time=6.0)
+    [found] = scores([Task(CONFIG_FOLDER / f"{config}.yaml", "varies", cell, all_methods()[OURS], (1,))])
+
+    assert found.s_des < 0.1
+    assert found.s_act < 0.5
 
 
 @pytest.mark.long

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import tempfile
 import zipfile
 
 import numpy as np
@@ -16,8 +17,10 @@ from fmu_sources.export import build
 from master.cli import main
 from master.errors import ConfigError
 from master.fmi.description_reader import read_description
+from master.fuse.description import describe_fmi2
 from master.fuse.export import fused_system
-from tests.foreign.build import FOLDERS, compile_c, describe_2, describe_3, write_fmu
+from tests.conformance.material import FOLDER
+from tests.foreign.build import FOLDERS, HERE, compile_c, describe_2, describe_3, write_fmu
 from tests.master.fuse.fused_run import Host, assert_same_bits, expected_rows, exported, prepared
 from tests.master.fuse.systems import COUPLINGS, MEMBERS, loop
 
@@ -27,6 +30,10 @@ WIRES = [
     ("three.Float64_out", "three.Float32_in"),
     ("three.Float32_out", "three.Int8_in"),
     ("three.Int8_out", "other.Integer_in"),
+    ("whole.push", "other.Real_in"),
+    ("whole.count", "three.Int16_in"),
+    ("three.Float32_out", "whole.coarse"),
+    ("three.Int64_out", "whole.wide"),
 ]
 
 
@@ -45,6 +52,12 @@ def mixed(**more) -> dict:
             },
             "three": {"source": "./types3.fmu"},
             "other": {"source": "./types2.fmu"},
+        },
+        "connectors": {
+            "whole.push": {"kind": "input", "type": "real", "start": 25},
+            "whole.count": {"kind": "input", "type": "integer", "start": -9},
+            "whole.coarse": {"kind": "output", "type": "real"},
+            "whole.wide": {"kind": "output", "type": "integer"},
         },
         "connections": [{"from": source, "to": target} for source, target in WIRES],
         "coupling": {"order": ["noise", "two", "three", "other"]},
@@ -105,7 +118,13 @@ def test_fmus_of_both_versions_have_the_bits_of_run(experiment, host):
     shown = [name for name in names if name in host.variables]
     rows = host.start().rows(shown, experiment.grid.n_ticks, experiment.grid.step_size)
 
-    assert {*shown} >= {"two.Integer_out", "three.Float32_out", "three.Int8_out", "other.Integer_out"}
+    assert {*shown} >= {
+        "two.Integer_out",
+        "three.Float32_out",
+        "three.Int8_out",
+        "whole.coarse",
+        "whole.wide",
+    }
     assert len(np.unique(rows)) > 20
     for j, name in enumerate(shown):
         assert rows[:, j].tobytes() == values[:, names.index(name)].tobytes(), name
@@ -123,12 +142,14 @@ def test_what_it_carries_is_the_whole_archive(folder, fused):
 
 
 def test_inputs_and_parameters_of_a_carried_fmu_are_those_of_the_host(host):
-    host.start(two__Boolean_in=True)
+    host.start(two__Boolean_in=True, whole__push=-3.0)
     host.fmu.doStep(0.0, 0.1)
     host.set("three.Int32_in", -41)
+    host.set("whole.count", 12)
     host.fmu.doStep(0.1, 0.1)
 
     assert host.get("two.Boolean_out", "two.Integer_out", "three.Int32_out") == [1.0, 7.0, -41.0]
+    assert host.get("other.Real_out", "three.Int16_out") == [-3.0, 12.0]
 
 
 def test_what_a_carried_fmu_says_is_wrong_is_said_of_its_instance(host):
@@ -139,6 +160,16 @@ def test_what_a_carried_fmu_says_is_wrong_is_said_of_its_instance(host):
         host.fmu.doStep(0.2, 0.1)
     if not host.is_2:
         assert host.messages == ["two: rope torn (fmi2DoStep answered with status error)"]
+
+
+def test_an_input_that_the_type_of_a_carried_fmu_does_not_hold_is_refused(host):
+    host.start()
+    host.fmu.doStep(0.0, 0.1)
+    host.set("whole.count", 40000)
+    with pytest.raises(FMICallException):
+        host.fmu.doStep(0.1, 0.1)
+    if not host.is_2:
+        assert host.messages == ["three: value does not fit Int16, got 40000.0"]
 
 
 def test_instances_share_nothing_and_a_reset_one_repeats_its_run(experiment, fused):
@@ -174,9 +205,79 @@ def test_a_carried_library_that_is_missing_is_named(fused, tmp_path):
         assert "/binaries/linux64/types.so" in message
 
 
-@pytest.mark.parametrize("coupling", ["iterated", "waveform"])
-def test_an_fmu_of_another_tool_in_any_coupling_has_the_bits_of_run(coupling, tmp_path):
-    data = COUPLINGS[coupling]
+READS = """
+static void take_value(Fmu *c, const char *resources) {
+    char path[1024], *end = path;
+    for (const char *at = resources + strlen("file://"); *at != '\\0'; end++) {
+        unsigned code = (unsigned char)*at++;
+        if (code == '%') {
+            sscanf(at, "%2x", &code);
+            at += 2;
+        }
+        *end = (char)code;
+    }
+    strcpy(end, "/value.txt");
+    FILE *file = fopen(path, "r");
+    if (file != NULL) {
+        if (fscanf(file, "%lf", &c->Real[0]) != 1) {
+            c->Real[0] = -1.0;
+        }
+        fclose(file);
+    }
+}
+
+void *fmi2Instantiate("""
+
+
+@pytest.mark.parametrize("version", ["2.0", "3.0"])
+def test_a_carried_fmu_reads_its_own_resources_wherever_a_host_unpacks_them(version, tmp_path, monkeypatch):
+    text = (HERE / "types2.c").read_text(encoding="utf-8")
+    text = "#include <stdio.h>\n" + text.replace("void *fmi2Instantiate(", READS, 1)
+    text = text.replace(
+        "c->callbacks = callbacks;", "c->callbacks = callbacks;\n    take_value(c, resources);"
+    )
+    source = tmp_path / "reads.c"
+    source.write_text(text, encoding="utf-8")
+    fmu = tmp_path / "reads.fmu"
+    write_fmu(fmu, describe_2(), {"linux64/types.so": compile_c("2.0", tmp_path, source)})
+    with zipfile.ZipFile(fmu, "a") as archive:
+        archive.writestr("resources/value.txt", "42.5")
+    data = mixed(fmus={"reads": {"source": str(fmu)}}, connections=[], connectors={})
+    experiment = prepared(tmp_path, data | {"coupling": {"order": ["reads"]}})
+    fused = exported(experiment, tmp_path, version)
+    (tmp_path / "é 100%").mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "é 100%"))
+    host = Host(fused).start()
+    host.fmu.doStep(0.0, 0.1)
+    found = host.get("reads.Real_out")
+    host.end()
+
+    assert found == [42.5]
+
+
+@pytest.mark.skipif(not FOLDER.is_dir(), reason=f"DOCKLOOP_FOREIGN: no such folder, got {FOLDER}")
+def test_the_fmus_of_mastersims_suite_have_the_bits_of_run(tmp_path):
+    folder = FOLDER / "mastersim" / "Math_003" / "fmus"
+    data = {
+        "name": "Math_003",
+        "step_size": 0.01,
+        "stop_time": 4.0,
+        "fmus": {f"p{i}": {"source": str(folder / f"Part{i}.fmu")} for i in (1, 2, 3)},
+        "coupling": {"order": ["p1", "p2", "p3"]},
+        "connections": [
+            {"from": "p1.x1", "to": "p2.x1"},
+            {"from": "p1.x2", "to": "p2.x2"},
+            {"from": "p2.x3", "to": "p3.x3"},
+            {"from": "p3.x4", "to": "p2.x4"},
+        ],
+    }
+    experiment = prepared(tmp_path, data)
+
+    assert_same_bits(experiment, exported(experiment, tmp_path))
+
+
+def test_fmus_of_another_tool_that_save_their_state_are_iterated_with_the_bits_of_run(tmp_path):
+    data = COUPLINGS["iterated"]
     fmus = {n: dict(entry) for n, entry in data["fmus"].items()}
     for name in ("spacecraft", "contact"):
         fmus[name]["source"] = str(bare(tmp_path, fmus[name]["source"]))
@@ -197,6 +298,34 @@ def test_the_command_carries_it_and_refuses_other_platforms_by_name(folder, tmp_
     [problem] = json.loads(refused.stdout)["problems"]
     assert problem.startswith("--all-platforms: ")
     assert "got other, three, two, expected" in problem
+
+
+def test_units_of_one_name_that_mean_different_things_are_refused(tmp_path):
+    def with_unit(name: str, definition: str) -> dict:
+        real = '<Real start="0"'
+        text = (
+            describe_2()
+            .replace(real, f'{real} unit="C"')
+            .replace("<TypeDefinitions>", f"<UnitDefinitions>{definition}</UnitDefinitions><TypeDefinitions>")
+        )
+        write_fmu(tmp_path / f"{name}.fmu", text, {"linux64/types.so": compile_c("2.0", tmp_path)})
+        return {"source": str(tmp_path / f"{name}.fmu")}
+
+    coulomb = with_unit("coulomb", '<Unit name="C"><BaseUnit A="1" s="1"/></Unit>')
+    celsius = with_unit("celsius", '<Unit name="C"><BaseUnit K="1" offset="273.15"/></Unit>')
+    named = with_unit("named", '<Unit name="C"/>')
+    more = {"connections": [], "connectors": {}}
+
+    def fused(**fmus):
+        data = mixed(fmus=fmus, **more) | {"coupling": {"order": [*fmus]}}
+        return fused_system(prepared(tmp_path, data), carries=True)
+
+    with pytest.raises(ConfigError) as refused:
+        fused(a=coulomb, b=celsius)
+    [problem] = refused.value.problems
+    assert problem.startswith("fmus.b: unit 'C' of Real_in is another than that of a.Real_in")
+    assert b'<Unit name="C" />' in describe_fmi2(fused(a=named), "", ())
+    assert b'<BaseUnit s="1" A="1"' in describe_fmi2(fused(a=named, b=coulomb), "", ())
 
 
 def test_connections_and_start_values_of_arrays_are_refused_by_name(folder):

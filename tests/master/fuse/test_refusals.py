@@ -28,15 +28,24 @@ def test_events_are_refused(tmp_path):
     assert problem.startswith("events: a system as one FMU has no events")
 
 
-def test_connectors_of_the_system_are_refused(tmp_path):
+def test_connectors_that_an_fmu_cannot_have_are_refused_by_name(tmp_path):
     data = loop(MEMBERS, free={"source": "spacecraft"})
     data["coupling"]["order"] = [*MEMBERS, "free"]
-    data["connectors"] = {"whole.u": {"kind": "input", "type": "real"}}
-    data["connections"].append({"from": "whole.u", "to": "free.f"})
+    data["connectors"] = {
+        "whole.m": {"kind": "parameter", "type": "real", "start": 700},
+        "whole.u": {"kind": "input", "type": "real"},
+    }
+    data["connections"] += [
+        {"from": "whole.m", "to": "free.m_s"},
+        {"from": "whole.u", "to": "free.f", "factor": 0.0},
+    ]
 
-    [problem] = refused(tmp_path, data)
-    assert problem.startswith("connectors: ")
-    assert "'whole'" in problem
+    parameter, start, target = refused(tmp_path, data)
+    assert parameter.startswith("connectors: a parameter of the system itself, got whole.m")
+    what = "no value from which all that it leads to start as they do"
+    assert start.startswith(f"connectors: {what}, got whole.u")
+    what = "an input of the system itself leads to what is no input"
+    assert target.startswith(f"connectors: {what}, got free.m_s")
 
 
 def test_a_tick_of_too_many_operations_is_refused(tmp_path):

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from master.diagnosis.judge.part_result import PartResult
-from master.pages.chart import CIRCLE, Chart, Curve, Region
+from master.pages.chart import CIRCLE, EVENT, Chart, Curve, Region
 from master.pages.palette import LIGHT, LIGHT_REFERENCE, LIGHT_SOFT
 
 from .drawing import new_grid, role_label
@@ -20,6 +20,7 @@ GAPS = (1.0, 0.0)  # inch
 MOST_POINTS = 3000
 LOOP_POINTS = 4000
 LAW, MEASURED, ROWS, BAND = "law", "measured, mean of a bin", "measured, single rows", "law ± 2 deviations"
+BARS = "its two deviations"
 OPACITY = 0.2
 
 
@@ -46,8 +47,12 @@ def law_charts(part: PartResult, law: LawInSlot) -> list[Chart]:
         if curve is None:
             return []
         curves = [Curve(LAW, curve.x, curve.y)]
-        if over.measured is not None:
-            curves.append(Curve(MEASURED, over.measured.x, over.measured.y, CIRCLE))
+        found = over.measured
+        if found is not None:
+            half = 2.0 * found.deviation
+            bars = np.column_stack([found.y - half, found.y + half, np.full(len(half), np.nan)])
+            curves.append(Curve(BARS, np.repeat(found.x, 3), bars.ravel(), EVENT))
+            curves.append(Curve(MEASURED, found.x, found.y, CIRCLE))
         ring_x = np.concatenate([curve.x, curve.x[::-1]])
         ring_y = np.concatenate([curve.low, curve.high[::-1]])
         charts.append(

@@ -175,6 +175,9 @@ def test_a_drawn_law_has_its_units_and_is_shown_with_its_equation(part_of, tmp_p
     (ax,) = law_figure(part, law).axes
 
     assert (chart.x_label, chart.y_label) == ("velocity [m/s]", "added to rope [N]")
+    bars, circles = chart.curves[1:]
+    assert 0.5 * (bars.y[0::3] + bars.y[1::3]) == pytest.approx(circles.y)
+    assert np.isnan(bars.y[2::3]).all()
     assert (ax.get_xlabel(), ax.get_ylabel()) == ("velocity [m/s]", "added to rope [N]")
 
     (tmp_path / "law.png").write_bytes(b"picture")

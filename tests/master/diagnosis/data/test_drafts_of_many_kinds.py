@@ -12,6 +12,7 @@ from fmu_sources.composed.registry import load
 from fmu_sources.framework.variables import Role
 from master.cli import main
 from master.diagnosis.case.case import load_case
+from master.diagnosis.data.draft import facts_of
 from master.diagnosis.data.measured_signals import measured
 from master.diagnosis.data.recordings import Column, read_rows
 from master.diagnosis.data.rig_proposals import FOLLOWER, RIGS
@@ -207,6 +208,18 @@ def test_a_draft_proposes_the_rig_and_reads_the_recording(kind, tmp_path, monkey
 
     assert model.source == source
     assert sum(map(len, measured(loaded).values())) > 0.95 * (N_OF_BAG if kind.startswith("run") else N)
+
+
+def test_units_at_the_end_of_names_are_told_and_letters_of_places_are_not(tmp_path):
+    head = "t_ms,travel_mm,load_kN,M_Nm,p_A,x_1\n"
+    columns = (1000.0 * T, A, B, C, A, B)
+    text(tmp_path / "run.csv", rows_of(*columns), head)
+
+    facts = facts_of(tmp_path / "run.csv")
+
+    told = {c.name: c.unit for c in facts.columns}
+    assert told == {"travel_mm": "mm", "load_kN": "kN", "M_Nm": "N m", "p_A": "", "x_1": ""}
+    assert facts.clock.unit == "ms"
 
 
 def test_columns_of_two_clocks_of_a_file_are_brought_to_one(tmp_path):

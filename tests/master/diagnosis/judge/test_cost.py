@@ -12,7 +12,7 @@ from click.testing import CliRunner
 from master.cli import main
 from master.diagnosis.case.case import read_case
 from master.diagnosis.judge.checked import check_case
-from master.diagnosis.judge.cost import REFERENCE, Cost, PartCost
+from master.diagnosis.judge.cost import REFERENCE, Cost, PartCost, _rounded
 from master.diagnosis.judge.diagnose import diagnose
 
 CASES = Path(__file__).parents[4] / "configs" / "measured"
@@ -31,7 +31,10 @@ PART = PartCost(
 )
 REPLAY = 3.5e-3 + 10_000 * 0.3e-6 + 50_000 * 0.1e-6  # s: 11.5 ms
 KNOWN = 4.5 + 2.3 + 2 * 0.8 + 80 * REPLAY + 1.5 + 0.2e-3 * 1000 * 2
-ROUND = 4 * 15 * (3 + 2) * REPLAY + 4 * (0.02 + 9e-6 * 10_000)
+PASS = REPLAY + 0.8e-6 * 1000 * 2
+SCREENED = 4 * (0.02 + 9e-6 * 10_000)
+TWO_ROUNDS = 2 * 4 * 15 * ((3 + 2) + (3 + 4)) * PASS + 2 * SCREENED
+FOUR_ROUNDS = 2 * 4 * 15 * ((3 + 2) + (3 + 4) + (3 + 6) + (3 + 8)) * PASS + 4 * SCREENED
 
 
 class BegunError(Exception):
@@ -42,8 +45,13 @@ def test_the_cost_of_a_part_is_that_of_its_replays_pictures_and_models():
     cost = Cost((PART,), 1.0)
 
     assert cost.low == pytest.approx(KNOWN)
-    assert cost.seconds == pytest.approx(KNOWN + 9.0 + 1.6 * ROUND + 2.0 * (3 + 2))
-    assert cost.high == pytest.approx(KNOWN + 9.0 + 4.0 * ROUND + 4.0 * (3 + 2))
+    assert cost.seconds == pytest.approx(KNOWN + 9.0 + TWO_ROUNDS + 2.0 * (3 + 2))
+    assert cost.high == pytest.approx(KNOWN + 9.0 + FOUR_ROUNDS + 4.0 * (3 + 2))
+
+
+@pytest.mark.parametrize(("seconds", "said"), [(99.4, "99 s"), (99.6, "1.7 min"), (8.04, "8 s")])
+def test_times_are_said_in_two_digits_without_powers_of_ten(seconds, said):
+    assert _rounded(seconds) == said
 
 
 def test_a_machine_of_twice_the_speed_takes_half_the_time():

@@ -10,7 +10,10 @@ from master import catalogue
 from master.diagnosis.answer.replayed import replay
 from master.diagnosis.case.case import read_case
 from master.diagnosis.case.cut import MeasuredInput, cut
+from master.diagnosis.data.measured_signals import opened
+from master.diagnosis.replay.candidate_models import ModelPool
 from master.diagnosis.replay.fitting_effects import candidates
+from master.diagnosis.replay.replay_bench import ReplayBench
 from master.diagnosis.replay.slot_signals import slot_signals
 from master.errors import ConfigError
 
@@ -74,6 +77,10 @@ def test_followers_around_a_foreign_file_give_it_slots_and_cost_no_time(tmp_path
     (part,) = system.parts
 
     assert found.predicted[:, 0] == pytest.approx(2.0 * DAMPING * SPEED + 5.0, abs=1e-6)
+    with ModelPool(system, part) as pool:
+        bench = ReplayBench(part, opened(loaded)[1], loaded.case)
+        signals = slot_signals(system, bench, pool.player(()), system.values)
+    assert signals["after.answer"]["value"] == pytest.approx(found.predicted[:, 0], abs=1e-9)
     places = {e.place for e in candidates(system, part, {})}
     assert places == {"before.answer", "after.answer"}
 

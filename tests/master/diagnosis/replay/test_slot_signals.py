@@ -27,7 +27,10 @@ class ReplayBench:
     def __init__(self, fmu, inputs, states):
         n = sum(ROWS.values())
         self.part = SimpleNamespace(
-            fmus=(fmu,), inputs={fmu: {name: MeasuredInput(name, "end") for name in inputs}}, wired={fmu: {}}
+            fmus=(fmu,),
+            inputs={fmu: {name: MeasuredInput(name, "end") for name in inputs}},
+            wired={fmu: {}},
+            conversions={},
         )
         self._inputs = {name: np.broadcast_to(np.asarray(v, dtype=float), n) for name, v in inputs.items()}
         self._states = {f"{fmu}.{k}": np.broadcast_to(v, n) for k, v in states.items()}
