@@ -27,7 +27,7 @@ HELD = (2, 3, 4, 5, 10)  # ticks that a stale value is held
 NOTHING_LEFT = 1e-3  # of the residual before: what a fault leaves that explains it
 FEW_ROWS = 0.05  # of all, that a logger may have dropped
 MOST_ROWS = 0.9  # of those that do not replay
-QUIET_ROWS = 10  # in turn, after which a dropped row is forgotten
+QUIET_ROWS = 10  # in turn that are not odd, before a dropped row is forgotten
 AFTER_DROPPED = 3  # rows in which a dropped one shows as well
 UNIFORM = 12.0**-0.5  # deviation of a rounding error over the step
 OF_ROUNDING = 1.5  # what is left over what rounding makes: up to here it is rounding
@@ -128,8 +128,8 @@ def unknown_rows(study: Study, values: Mapping[str, float], predicted: Array) ->
     is_rare = odd.any() and max(odd.mean(), dropped[rows].mean()) < FEW_ROWS
     if is_rare and _shows(dropped, is_odd)[rows][odd].mean() > MOST_ROWS:
         return (
-            f"{100.0 * odd.mean():.2g} % of the rows do not replay, those in which an input was recorded as "
-            "it was before and the ones after; all others do: the recording lacks what drove it there"
+            f"{100.0 * odd.mean():.2g} % of the rows do not replay, those after the beginning, or after an "
+            "input was recorded as it was before; all others do: the recording lacks what drove it there"
         )
     inputs = [study.bench.signal(m.signal) for m in study.bench.part.columns]
     steps = [step_of(values) for values in inputs]
@@ -145,12 +145,23 @@ def unknown_rows(study: Study, values: Mapping[str, float], predicted: Array) ->
 
 
 def _shows(dropped: Mask, odd: Mask) -> Mask:
-    """Rows in which a dropped one may show: from it on, until a few rows in turn are not odd."""
+    """
+    Rows in which a dropped one may show, shape (rows,).
+
+    From it on, until more rows in turn are not odd than have passed before: what rings on is not odd where it
+    passes through zero. What drove a part before the first row is not recorded either.
+    """
     found = dropped.copy()
-    since = 0
+    found[0] = True
+    begin = 0
+    last = 0
     for k in range(1, len(found)):
-        since = 0 if odd[k] or dropped[k] else since + 1
-        found[k] |= found[k - 1] and since <= QUIET_ROWS
+        if dropped[k]:
+            begin = begin if found[k - 1] else k
+            last = k
+        elif found[k - 1] and k - last <= max(QUIET_ROWS, last - begin):
+            found[k] = True
+            last = k if odd[k] else last
     return found
 
 

@@ -159,6 +159,15 @@ def test_software_that_remembers_a_dropped_row_for_long_has_no_fault(monkeypatch
     assert bool(unknown_rows(study(measured), {}, predicted)) is is_dropped
 
 
+def test_what_rings_on_from_before_the_first_row_is_no_fault():
+    """It has fallen below rounding after some 100 of 2000 rows."""
+    k = np.arange(N)
+    ringing = 50.0 * 0.88**k * np.cos(0.3 * k)
+
+    assert unknown_rows(study((RIGHT + ringing)[:, None]), {}, RIGHT[:, None])
+    assert not unknown_rows(study((RIGHT + np.roll(ringing, 1000))[:, None]), {}, RIGHT[:, None])
+
+
 def test_a_rare_fault_in_rows_that_were_recorded_is_none_of_the_recording():
     measured = RIGHT[:, None].copy()
     measured[400::400] += 5.0
