@@ -174,4 +174,4 @@ def test_what_keeps_a_campaign_from_the_fused_form_is_said(plan, monkeypatch):
     monkeypatch.setattr(shutil, "which", lambda name: None)
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     monkeypatch.setattr("master.fuse.runs.Draft.is_compiled", False)
-    assert reason(plan(mass, **many)).startswith("native build: ziglang is not installed")
+    assert reason(plan(mass, **many)).startswith("the fused form of a system: not installed, got no casadi")
