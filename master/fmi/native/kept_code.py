@@ -18,8 +18,8 @@ import hashlib
 import os
 import platform
 import sys
-import tempfile
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib.metadata import version
@@ -137,14 +137,15 @@ def _is_here(symbol: str) -> bool:
 
 
 def _write(file: Path, contents: bytes) -> None:
-    """Write a file as a whole, or not at all."""
+    """Write a file as a whole, or not at all: the next process compiles again then."""
+    new = file.with_name(f".{file.name}.{os.getpid()}")
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.NamedTemporaryFile(dir=file.parent, delete=False) as made:
-            made.write(contents)
-        os.replace(made.name, file)
+        new.write_bytes(contents)
+        new.replace(file)
     except OSError:
-        return  # it is compiled again by the next process
+        with suppress(OSError):
+            new.unlink()
 
 
 def _digest(contents: bytes) -> bytes:
