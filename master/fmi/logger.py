@@ -7,7 +7,6 @@ The compiled function passes its arguments on, the variable ones as the address 
 from __future__ import annotations
 
 import ctypes
-import itertools
 from collections.abc import Callable
 from functools import lru_cache
 from typing import Any
@@ -23,16 +22,15 @@ _VA_LIST_BYTES = 64  # more than any platform needs
 Note = Callable[[int, str, str], None]  # status, category, text
 
 _instances: dict[int, Note] = {}
-_keys = itertools.count(1)
-_given: set[int] = set()
+_last_key = 0
 
 
 def add(note: Note) -> int:
     """Register what takes the messages of an instance; return its `componentEnvironment`."""
-    key = next(_keys)
-    _given.add(key)
-    _instances[key] = note
-    return key
+    global _last_key
+    _last_key += 1
+    _instances[_last_key] = note
+    return _last_key
 
 
 def remove(environment: int) -> None:
@@ -44,7 +42,8 @@ def _receive(
     environment: int | None, _: int | None, status: int, category: int | None, text: int | None, rest: int
 ) -> None:
     note = _instances.get(environment or 0)
-    if environment not in _given and len(_instances) == 1:  # an FMU that passes something else
+    is_given = 0 < (environment or 0) <= _last_key
+    if not is_given and len(_instances) == 1:  # an FMU that passes something else
         [note] = _instances.values()
     if note is not None:
         note(status, _read(category), _read(text, rest))
