@@ -37,12 +37,17 @@ class Browser:
         self.session = self("/session", {"capabilities": {"alwaysMatch": wanted}})["sessionId"]
         self(f"/session/{self.session}/timeouts", {"script": 1000 * _PATIENCE, "pageLoad": 1000 * _PATIENCE})
 
-    def __call__(self, path: str, data: dict[str, Any] | None = None) -> Any:
+    def __call__(self, path: str, data: dict[str, Any] | None = None, method: str | None = None) -> Any:
         body = None if data is None else json.dumps(data).encode()
-        request = urllib.request.Request(self.base + path, body, {"Content-Type": "application/json"})
+        kind = {"Content-Type": "application/json"}
+        request = urllib.request.Request(self.base + path, body, kind, method=method)
         opener = urllib.request.build_opener(urllib.request.ProxyHandler({}))
         with opener.open(request, timeout=_PATIENCE) as answer:
             return json.load(answer)["value"]
+
+    def quit(self) -> None:
+        """End the session, and with it the browser, which its driver does not end."""
+        self(f"/session/{self.session}", method="DELETE")
 
     def run(self, script: str) -> Any:
         return self(f"/session/{self.session}/execute/sync", {"script": script, "args": []})
@@ -86,7 +91,11 @@ def opened(profile: Path) -> Iterator[Browser]:
         [DRIVER, f"--port={port}"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
     )
     try:
-        yield _when_ready(port, profile)
+        browser = _when_ready(port, profile)
+        try:
+            yield browser
+        finally:
+            browser.quit()
     finally:
         driver.terminate()
         driver.wait(timeout=20)
