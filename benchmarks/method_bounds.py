@@ -132,7 +132,10 @@ def _read(files: Sequence[Path]) -> list[Score]:
 
 def _line(one: Check, scores: Sequence[Score]) -> str:
     """Return a row of the table: the worst of a check's cells by case, for ours and for each other method."""
-    bounds, ours, best, met = [], [], [], True
+    bounds = []
+    ours = []
+    best = []
+    met = True
     for config, case in CASES.items():
         of_case = [score for score in scores if score.config == config and one.has(score.cell)]
         if not of_case or case not in one.bounds:

@@ -284,7 +284,8 @@ def _with_code(
     chosen: Sequence[tuple[Variable, str]],
 ) -> ForeignModel:
     """Write header and source."""
-    d, prefix = model.description, model.prefix
+    d = model.description
+    prefix = model.prefix
     names = {v.name for v in received}
     is_open = {"PARAMETER": "tunable", "INPUT": None}
     opened = [

@@ -76,7 +76,8 @@ class StartWriter:
 
     def _handed_in(self, wire: Wire) -> Iterator[str]:
         """Let an input of an FMU have what the importer set for the whole system."""
-        inner, variable = self.fused.inners[wire.target.instance], wire.target.variable
+        inner = self.fused.inners[wire.target.instance]
+        variable = wire.target.variable
         value = carried(f"values[{self.fused.reference_of[wire.source.name]}]", wire.conversion)
         target = f"memory->{inner.member}.now.values[{inner.model.place(variable)}]"
         yield f"    {target} = {written(value, variable.value_type)};"
@@ -99,11 +100,11 @@ class StartWriter:
             first, n = reference, 1
         yield from self._shown(first, n)
         for wire in self.fused.system.outlets:
-            target, source = f"values[{self.fused.reference_of[wire.target.name]}]", wire.source.name
+            target = f"values[{self.fused.reference_of[wire.target.name]}]"
             if wire.source.instance in self.fused.inners:
                 yield f"    {target} = memory->values[{self.place[wire.target.name]}];"
             else:
-                handed = f"values[{self.fused.reference_of[source]}]"
+                handed = f"values[{self.fused.reference_of[wire.source.name]}]"
                 yield f"    {target} = {carried(handed, wire.conversion)};"
         yield "}"
         yield ""

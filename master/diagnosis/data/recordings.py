@@ -322,7 +322,8 @@ def same_clock(table: Table, one: str, other: str) -> bool:
     """Whether two columns of times of a file stamp the same instants, within a small part of a step."""
     if one == other:
         return True
-    a, b = table.columns[one], table.columns[other]
+    a = table.columns[one]
+    b = table.columns[other]
     if len(a) != len(b) or len(a) < 2:
         return False
     return bool(np.abs(a - b).max() <= SAME_INSTANT * abs(float(np.median(np.diff(a)))))

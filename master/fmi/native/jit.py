@@ -25,7 +25,7 @@ _WITHOUT_WRAPPERS: Any = {"no_cfunc_wrapper": True, "no_cpython_wrapper": True, 
 
 @dataclass(frozen=True)
 class _Emitted:
-    """What stands for a function in compiled code, with the names of numba's types."""
+    """Compiled code of a function, written instruction by instruction; types have the names of numba's."""
 
     function: Callable[..., Any]
     result: str

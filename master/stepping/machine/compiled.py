@@ -66,27 +66,13 @@ def digest_of_sources() -> str:
 @lru_cache(maxsize=1)
 def compiled() -> Execute:
     """Return `execute` as compiled code: it takes the same arguments but `general`, `pace` by its name."""
-    return _uncompiled if is_switched_off() else _executed
+    return execute if is_switched_off() else _executed
 
 
 def load_plain() -> None:
     """Load the code for plain programs, so that processes forked from this one have it."""
     if not is_switched_off():
         _function(is_plain=True, is_paced=False)
-
-
-def _uncompiled(
-    memory: Memory,
-    monitor: LimitMonitor,
-    t0: float,
-    h: float,
-    begin: int,
-    end: int,
-    rows: Floats,
-    *,
-    pace: int | None = None,
-) -> Execution:
-    return execute(memory, monitor, t0, h, begin, end, rows, True, pace)
 
 
 def _executed(

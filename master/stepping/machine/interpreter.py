@@ -214,17 +214,22 @@ def execute(  # noqa: C901, PLR0913 - the one dispatch over all operations, in o
         general: None for a program that `is_plain`: numba leaves out what it does not need.
         pace: Address of the cells of `pace`, None if ticks follow each other at once.
     """
-    operations, n_operations = memory.operations.ctypes.data, memory.operations.shape[0]
-    slaves, blocks = memory.slaves.ctypes.data, memory.blocks.ctypes.data
-    copies, conversions = memory.copies.ctypes.data, memory.conversions.ctypes.data
-    feeds, measured, n_columns = (
-        memory.feeds.ctypes.data,
-        memory.measured.ctypes.data,
-        memory.measured.shape[1],
-    )
-    values, scratch = memory.values.ctypes.data, memory.scratch.ctypes.data
-    places, limits = monitor.record.ctypes.data, monitor.limits.ctypes.data
-    n_first, n_recorded, written = _n_first(monitor.record), monitor.record.size, rows.ctypes.data
+    operations = memory.operations.ctypes.data
+    n_operations = memory.operations.shape[0]
+    slaves = memory.slaves.ctypes.data
+    blocks = memory.blocks.ctypes.data
+    copies = memory.copies.ctypes.data
+    conversions = memory.conversions.ctypes.data
+    feeds = memory.feeds.ctypes.data
+    measured = memory.measured.ctypes.data
+    n_columns = memory.measured.shape[1]
+    values = memory.values.ctypes.data
+    scratch = memory.scratch.ctypes.data
+    places = monitor.record.ctypes.data
+    limits = monitor.limits.ctypes.data
+    n_first = _n_first(monitor.record)
+    n_recorded = monitor.record.size
+    written = rows.ctypes.data
     has_triggers = monitor.triggers.shape[0] > 0
     position = memory.position.ctypes.data
     for k in range(begin, end):

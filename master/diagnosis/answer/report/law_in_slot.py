@@ -293,7 +293,8 @@ class _Response:
         rows = _open_rows(self.part)
         left = ((study.measured - self.part.fit.predicted) / study.output_scale)[rows]
         none = np.zeros(0)
-        cloud_x, cloud_y = none, none
+        cloud_x = none
+        cloud_y = none
         if self.is_at_once:
             first = next(iter(self.injection.steps.values()))
             gains = first[0] / study.output_scale
