@@ -217,7 +217,7 @@ def _model_lines(found: Proposal, told: Mapping[str, DraftColumn], period: float
     fmu = "axis" if "axis" in rig.source else "rig"
     units = {v.name: v.unit for v in model.all_variables}
     made = ", ".join(f"{fmu}.{v}: {v}" for v in (*rig.drives, *rig.rates))
-    given = ", ".join(f"{fmu}.{v}: {v}" for v in rig.compared)
+    given = ", ".join(f"{fmu}.{v}: {v}" for v in found.compared)
     lines = [f"fmus: {{{fmu}: {{source: {rig.source}}}}}  # guess: the model", "signals:"]
     for variable, column in found.columns.items():
         is_rated = variable in rig.rates.values()

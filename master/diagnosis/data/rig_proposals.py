@@ -12,14 +12,14 @@ _REFERENCE = re.compile(r"ref|cmd|command|target|setp|desired|des\b|input|^u\b|^
 _QUANTITIES = {
     "position": ("m", r"pos|disp|dist|stroke|way|travel|^[xqsy]\b|^[xqsy]_"),
     "force": ("N", r"forc|load|^f\b|^f_|kraft"),
-    "angle": ("rad", r"angl|theta|phi|winkel|rotation"),
+    "angle": ("rad", r"angl|theta|phi|winkel|rotation|^q\b|^q_"),
     "torque": ("N m", r"torq|moment|^tau"),
     "speed": ("rad/s", r"speed|omega|rpm|gyro"),
     "current": ("A", r"curr|^i\b|^i_|amp"),
     "voltage": ("V", r"volt|^u\b|^u_|^v\b|pwm"),
     "pressure": ("Pa", r"press|^p\b|^p_|^p\d"),
     "temperature": ("K", r"temp|^t_[a-z]"),
-    "power": ("W", r"power|heat"),
+    "power": ("W", r"power|heat|^p\b|^p_"),
     "level": ("V", r"level|tank|^h\b|^h_|^h\d"),
 }
 
@@ -37,14 +37,16 @@ class Rig:
     """
     A model of `fmu_sources/rigs` by the quantities that it needs, variable to quantity.
 
-    `rates` are inputs that are made from others, `set` those that are seldom recorded, `refit` what may be a
-    wrong number, `states` the start values that are not known. `drifts` where it is replayed in windows.
+    `also` is compared where it was recorded, `rates` are inputs that are made from others, `set` those that
+    are seldom recorded, `refit` what may be a wrong number, `states` the start values that are not known.
+    `drifts` where it is replayed in windows.
     """
 
     source: str
     drives: Mapping[str, str]
     compared: Mapping[str, str]
     refit: Sequence[str]
+    also: Mapping[str, str] = field(default_factory=dict)
     rates: Mapping[str, str] = field(default_factory=dict)
     set: Mapping[str, float] = field(default_factory=dict)
     states: Sequence[str] = ()
@@ -53,10 +55,15 @@ class Rig:
 
 @dataclass(frozen=True)
 class Proposal:
-    """A rig with the column of each of its variables."""
+    """A rig with the column of each of its variables; `compared` those of its outputs that have one."""
 
     rig: Rig
     columns: Mapping[str, str]
+
+    @property
+    def compared(self) -> Sequence[str]:
+        """Outputs that were recorded."""
+        return [v for v in (*self.rig.compared, *self.rig.also) if v in self.columns]
 
 
 _ANY = "any"
@@ -137,6 +144,7 @@ RIGS = (
         {"i": "current"},
         {"q": "angle"},
         ("inertia", "damping"),
+        also={"der_q": "speed"},
         states=("q", "der_q"),
         drifts=True,
     ),
@@ -146,6 +154,37 @@ RIGS = (
         {"der_q": "speed"},
         ("motor_constant", "inertia", "damping"),
         states=("der_q",),
+    ),
+    Rig(
+        "dc_motor",
+        {"u": "voltage"},
+        {"der_q": "speed", "i": "current"},
+        ("resistance", "inductance", "motor_constant", "inertia", "damping"),
+        also={"q": "angle"},
+        states=("i", "q", "der_q"),
+    ),
+    Rig(
+        "dc_motor",
+        {"u": "voltage"},
+        {"der_q": "speed", "q": "angle"},
+        ("motor_constant", "inertia", "damping"),
+        states=("q", "der_q"),
+        drifts=True,
+    ),
+    Rig(
+        "pendulum",
+        {"torque": "torque"},
+        {"q": "angle", "der_q": "speed"},
+        ("inertia", "damping", "gravity_torque"),
+        states=("q", "der_q"),
+    ),
+    Rig(
+        "two_masses",
+        {"f": "force"},
+        {"q_1": "position", "q_2": "position"},
+        ("mass_1", "mass_2", "stiffness", "coupling_damping", "damping"),
+        states=("q_1", "der_q_1", "q_2", "der_q_2"),
+        drifts=True,
     ),
     Rig(
         "position_servo",
@@ -166,21 +205,20 @@ RIGS = (
 )
 
 
-def quantity_of(column: Told) -> tuple[str, bool]:
-    """What a column measures, "" if nothing tells it; and whether its unit tells it."""
+def quantities_of(column: Told) -> tuple[Sequence[str], bool]:
+    """What a column may measure, the likeliest first; and whether its unit tells it."""
     patterns = {name: re.compile(pattern, re.IGNORECASE) for name, (_, pattern) in _QUANTITIES.items()}
     fitting = [name for name, pattern in patterns.items() if pattern.search(column.name)]
-    if column.unit and "level" in fitting and unit(column.unit).exponents in ({"m": 1}, unit("V").exponents):
-        return "level", True
-    if column.unit:
-        exponents = unit(column.unit).exponents
-        same = [name for name, (si, _) in _QUANTITIES.items() if unit(si).exponents == exponents]
-        if same:
-            by_name = [name for name in same if name in fitting]
-            return (by_name or same)[0], True
-        if exponents:
-            return "", True
-    return (fitting[0] if fitting else ""), False
+    if not column.unit:
+        return fitting, False
+    exponents = unit(column.unit).exponents
+    if "level" in fitting and exponents in ({"m": 1}, unit("V").exponents):
+        return ["level"], True
+    same = [name for name, (si, _) in _QUANTITIES.items() if unit(si).exponents == exponents]
+    by_name = [name for name in same if name in fitting]
+    if same:
+        return (by_name or same)[:1], True
+    return ([], True) if exponents else (fitting, False)
 
 
 def proposed(columns: Sequence[Told]) -> Proposal | None:
@@ -199,12 +237,23 @@ def _matched(rig: Rig, columns: Sequence[Told]) -> Proposal | None:
     """A rig with columns for all it needs, or None; what drives is rather called a reference."""
     free = list(columns)
     taken: dict[str, str] = {}
-    for wanted, is_driven in ((rig.drives, True), (rig.compared, False)):
-        for variable, quantity in wanted.items():
-            fitting = [c for c in free if quantity in (_ANY, quantity_of(c)[0])]
-            fitting.sort(key=lambda c: (bool(_REFERENCE.search(c.name)) != is_driven, not quantity_of(c)[1]))
-            if not fitting:
-                return None
-            taken[variable] = fitting[0].name
-            free.remove(fitting[0])
+    for variable, quantity in (*rig.drives.items(), *rig.compared.items(), *rig.also.items()):
+        is_driven = variable in rig.drives
+        found = _likeliest(free, quantity, is_driven=is_driven)
+        if found is not None:
+            taken[variable] = found.name
+            free.remove(found)
+        elif variable not in rig.also:
+            return None
     return Proposal(rig, taken)
+
+
+def _likeliest(columns: Sequence[Told], quantity: str, *, is_driven: bool) -> Told | None:
+    """A column that may measure a quantity, rather one whose unit tells it, or that is likeliest this."""
+
+    def unlikely(column: Told) -> tuple[bool, bool, bool]:
+        may_be, is_told = quantities_of(column)
+        return bool(_REFERENCE.search(column.name)) != is_driven, not is_told, quantity not in may_be[:1]
+
+    fitting = [c for c in columns if quantity == _ANY or quantity in quantities_of(c)[0]]
+    return min(fitting, key=unlikely, default=None)

@@ -15,7 +15,7 @@ from master.diagnosis.case.case import load_case
 from master.diagnosis.data.draft import facts_of
 from master.diagnosis.data.measured_signals import measured
 from master.diagnosis.data.recordings import Column, read_rows
-from master.diagnosis.data.rig_proposals import FOLLOWER, RIGS
+from master.diagnosis.data.rig_proposals import FOLLOWER, RIGS, Told, proposed
 from master.errors import DataError
 
 N = 3000
@@ -210,6 +210,51 @@ def test_a_draft_proposes_the_rig_and_reads_the_recording(kind, tmp_path, monkey
     assert sum(map(len, measured(loaded).values())) > 0.95 * (N_OF_BAG if kind.startswith("run") else N)
 
 
+PROPOSALS = {  # columns with their units, "" where none is told: source, and the column of each variable
+    "all of a motor": (
+        {"Voltage": "V", "Current": "A", "Angle": "deg", "Speed": "rpm"},
+        "dc_motor",
+        {"u": "Voltage", "i": "Current", "q": "Angle", "der_q": "Speed"},
+    ),
+    "a motor without its current": (
+        {"u": "V", "phi": "rad", "omega": "rad/s"},
+        "dc_motor",
+        {"u": "u", "q": "phi", "der_q": "omega"},
+    ),
+    "a body in a room": (
+        {"P_W": "", "T_room": "degC", "T_body": "degC"},
+        "thermal_body",
+        {"power": "P_W", "ambient": "T_room", "temperature": "T_body"},
+    ),
+    "an angle called q": (
+        {"torque": "", "q": ""},
+        "rotary_axis_inverse",
+        {"torque": "torque", "q": "q"},
+    ),
+    "a pendulum with its gyroscope": (
+        {"tau_cmd": "N m", "theta": "rad", "gyro": "deg/s"},
+        "pendulum",
+        {"torque": "tau_cmd", "q": "theta", "der_q": "gyro"},
+    ),
+    "two carriages": (
+        {"force": "N", "x_drive": "mm", "x_load": "mm"},
+        "two_masses",
+        {"f": "force", "q_1": "x_drive", "q_2": "x_load"},
+    ),
+}
+
+
+@pytest.mark.parametrize("of", PROPOSALS)
+def test_the_rig_is_the_one_that_explains_most_columns(of):
+    told, source, columns = PROPOSALS[of]
+    found = proposed([Told(name, unit) for name, unit in told.items()])
+
+    assert found is not None
+    assert found.rig.source == source
+    assert found.columns == columns
+    assert {*found.rig.drives, *found.compared} == set(columns)
+
+
 def test_units_at_the_end_of_names_are_told_and_letters_of_places_are_not(tmp_path):
     head = "t_ms,travel_mm,load_kN,M_Nm,p_A,x_1\n"
     columns = (1000.0 * T, A, B, C, A, B)
@@ -263,7 +308,7 @@ def test_a_proposal_drives_every_input_and_names_variables_of_its_model(rig):
     outputs = {v.name for v in model.all_variables if v.output or v.role is Role.OUTPUT}
 
     assert {*rig.drives, *rig.rates, *rig.set} == set(model.inputs.names)
-    assert set(rig.compared) <= outputs
+    assert {*rig.compared, *rig.also} <= outputs
     assert set(rig.refit) <= set(model.parameters.names)
     assert set(rig.states) <= set(model.states.names)
 
