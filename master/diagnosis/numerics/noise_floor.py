@@ -3,12 +3,13 @@ What a channel cannot tell apart: its noise floor, without a model, and what col
 
 | evidence | floor |
 |---|---|
-| repetition | the spread between repetitions of the same motion, over sqrt(2) |
+| repetition | the spread between settled repetitions of the same motion, over sqrt(2) |
 | rest | the spread about a line where nothing that drives the channel moves |
 | differences | d = (1, -4, 6, -4, 1)/sqrt(70) over the samples, from the median of abs(d) |
 | converter | the step q of the channel's numbers over sqrt(12), never less than this |
 
-The first that there is counts. Differences are biased upwards by motion above some tenth of the sampling
+The first that there is counts. Periods of one recording are compared about a line, since what integrates
+comes back to another place; of repetitions the later half counts, which has settled. Differences are biased upwards by motion above some tenth of the sampling
 rate, and downwards by coloured noise.
 
 Source: Hall, Kay, Titterington, Biometrika 77 (1990) 521 (differences); Widrow, Kollar, Quantization Noise
@@ -188,13 +189,19 @@ def _from_repetition(values: Sequence[Array], driving: Sequence[Array]) -> float
     for own, inputs in zip(values, driving, strict=True):
         lag = _period_of(inputs)
         if lag is not None:
-            squares.append(float(np.mean((own[lag:] - own[:-lag]) ** 2)) / 2.0)
+            settled = _settled(own[lag:] - own[:-lag])
+            squares.append(float(_about_line(settled[:, None])[0] ** 2) / 2.0)
     for i, one in enumerate(driving):
         for j in range(i):
             other = driving[j]
             if one.shape == other.shape and _is_same(one, other):
-                squares.append(float(np.mean((values[i] - values[j]) ** 2)) / 2.0)
+                squares.append(float(np.mean(_settled(values[i] - values[j]) ** 2)) / 2.0)
     return float(np.sqrt(np.mean(squares))) if squares else None
+
+
+def _settled(apart: Array) -> Array:
+    """The later half of a difference between repetitions: by then what began otherwise has died out."""
+    return apart[len(apart) // 2 :]
 
 
 def _period_of(inputs: Array) -> int | None:

@@ -55,6 +55,18 @@ def test_periods_that_repeat_show_the_spread_between_them():
     assert floor.value == pytest.approx(np.sqrt(0.1), rel=0.1)
 
 
+def test_what_starts_otherwise_or_comes_back_to_another_place_is_no_noise_of_a_repetition():
+    """A motor: a current that settles within the first period, and an angle that has gone on meanwhile."""
+    motion = np.tile(MOTION[: N // 2], 2)
+    settling = 20.0 * np.exp(-T / 0.3)
+    place = 7.0 * T + 3.0
+
+    for channel in (motion + settling, motion + place):
+        floor = noise_floor([channel + noise(0.5)], [motion[:, None]], 1e-3)
+        assert floor.evidence is Evidence.REPETITION
+        assert floor.value == pytest.approx(0.5, rel=0.03)
+
+
 def test_recordings_of_the_same_motion_are_repetitions():
     driving = [MOTION[:, None], MOTION[:, None]]
 
