@@ -9,8 +9,8 @@ What a channel cannot tell apart: its noise floor, without a model, and what col
 | converter | the step q of the channel's numbers over sqrt(12), never less than this |
 
 The first that there is counts. Periods of one recording are compared about a line, since what integrates
-comes back to another place; of repetitions the later half counts, which has settled. Differences are biased upwards by motion above some tenth of the sampling
-rate, and downwards by coloured noise.
+comes back to another place; of repetitions the later half counts, which has settled. Differences are biased
+upwards by motion above some tenth of the sampling rate, and downwards by coloured noise.
 
 Source: Hall, Kay, Titterington, Biometrika 77 (1990) 521 (differences); Widrow, Kollar, Quantization Noise
 (2008), Ch. 4 (converter); Pintelon, Schoukens, System Identification (2012), Ch. 4 (repetition).
