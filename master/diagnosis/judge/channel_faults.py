@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from master.diagnosis.adequacy.channels import Adequacy
 from master.diagnosis.numerics.arrays import TINY, Array
 from master.diagnosis.numerics.deviations import sandwich
 from master.diagnosis.numerics.likeness import size_against
@@ -22,6 +23,7 @@ WORTH = 0.1  # of the residual's power, that a fault has to explain
 AGAINST = -0.5  # correlation with the prediction
 LARGEST_SIZE = 8.0  # measured over predicted
 LONGEST_DELAY = 0.05  # s
+NEAR_BEST = 0.8  # of the share that the best regressor predicts
 LATE_GAIN = 0.5  # of the residual's power, that another lag has to explain
 
 
@@ -95,6 +97,15 @@ def channel_faults(
             found.append(ChannelFault(signal, name, value, deviation, share, units[i]))
     found.sort(key=lambda f: -f.share)
     return found[:1]
+
+
+def is_best(fault: ChannelFault, channel: Adequacy) -> bool:
+    """
+    Whether a fault explains what is left about as well as anything does.
+
+    What another law leaves has a part along the signal and along its rate, too: that is no gain and no delay.
+    """
+    return not channel.is_predictable or fault.share > NEAR_BEST * channel.share.value
 
 
 def _plausible(signal: str, measured: Array, predicted: Array) -> list[ChannelFault]:

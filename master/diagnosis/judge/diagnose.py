@@ -38,7 +38,7 @@ from master.diagnosis.search.unknown_numbers import unknown_numbers
 from master.errors import ConfigError, FmuError
 from master.text.signal_name import SignalName
 
-from .channel_faults import ChannelFault, channel_faults
+from .channel_faults import ChannelFault, channel_faults, is_best
 from .cost import cost_of
 from .evidence import detect
 from .input_rows import changed_rows, is_better, other_rows
@@ -294,7 +294,7 @@ def _channel_faults(result: PartResult) -> Iterator[ChannelFault]:
                 signal, result.measured[rows, i], predicted[rows, i], bench.row_period, unit
             )
             for fault in found:
-                is_last = predicted is result.fit.predicted
+                is_last = predicted is result.fit.predicted and is_best(fault, result.final.channels[i])
                 if fault.kind not in known and (is_last or fault.kind in CONTRADICTING):
                     known.add(fault.kind)
                     yield fault

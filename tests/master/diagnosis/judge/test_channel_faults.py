@@ -5,7 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from master.diagnosis.judge.channel_faults import channel_faults
+from master.diagnosis.adequacy.channels import Adequacy, Kind, Predictor
+from master.diagnosis.judge.channel_faults import channel_faults, is_best
+from master.diagnosis.numerics.folds import Share
+from master.diagnosis.numerics.noise_floor import Colour, Evidence, NoiseFloor
+from master.diagnosis.numerics.whiteness import Interval
 
 N = 5000
 T = np.arange(N) * 1e-3
@@ -52,3 +56,22 @@ def test_a_logger_that_is_four_milliseconds_late():
 def test_the_other_way_round_and_another_unit_are_told():
     assert str(found(-MODEL + NOISE)[0]).startswith("channel a.f: the other way round")
     assert str(found(617.0 * MODEL)[0]) == "channel a.f: 617 times the model"
+
+
+@pytest.mark.parametrize(("predicted", "is_told"), [(0.0, True), (0.35, True), (0.6, False)])
+def test_a_fault_is_told_where_nothing_explains_much_more(predicted, is_told):
+    """A delay that explains a third of what is left is none if something else explains much more."""
+    late = np.interp(T - 0.4e-3, T, MODEL)
+    [fault] = found(late + 0.15 * NOISE)
+    share = Share(predicted, Interval(max(0.0, predicted - 0.05), predicted))
+    left = Adequacy(
+        "a.f",
+        1.0,
+        NoiseFloor(0.1, Evidence.REST),
+        0.0,
+        (Predictor(Kind.TREES, "", share),),
+        Colour(0.0, (), 0),
+    )
+
+    assert fault.share == pytest.approx(0.32, abs=0.01)
+    assert is_best(fault, left) is is_told
