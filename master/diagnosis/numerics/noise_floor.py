@@ -9,8 +9,9 @@ What a channel cannot tell apart: its noise floor, without a model, and what col
 | converter | the step q of the channel's numbers over sqrt(12), never less than this |
 
 The first that there is counts. Periods of one recording are compared about a line, since what integrates
-comes back to another place; of repetitions the later half counts, which has settled. Differences are biased
-upwards by motion above some tenth of the sampling rate, and downwards by coloured noise.
+comes back to another place; of repetitions the later half counts, which has settled. Where it has not, or
+where a channel rings at rest, the spread is many times that of differences, and does not count. Differences
+are biased upwards by motion above some tenth of the sampling rate, and downwards by coloured noise.
 
 Source: Hall, Kay, Titterington, Biometrika 77 (1990) 521 (differences); Widrow, Kollar, Quantization Noise
 (2008), Ch. 4 (converter); Pintelon, Schoukens, System Identification (2012), Ch. 4 (repetition).
@@ -33,7 +34,7 @@ SQRT_12 = float(np.sqrt(12.0))
 LEAST_REST = 0.25  # s, of a stretch in which nothing moves
 FEWEST_AT_REST = 100  # samples
 REST = 1.5  # deviation of a driving signal within a stretch, over its own noise
-STILL = 5.0  # floor at rest over that of differences, above which the channel itself is not at rest
+STILL = 5.0  # floor over that of differences, above which the channel rings at rest, or has not repeated
 REPEATED = 2e-3  # rms of the difference of two periods over the rms of the motion
 LEAST_PERIODS = 2
 FEWEST_PER_PERIOD = 100  # samples
@@ -104,12 +105,13 @@ def noise_floor(values: Sequence[Array], driving: Sequence[Array], period: float
     """
     step = step_of(np.concatenate(values))
     least = step / SQRT_12
-    repeated = _from_repetition(values, driving)
-    if repeated is not None:
-        return _limited(repeated, Evidence.REPETITION, least, step)
     differences = float(np.median([from_differences(v) for v in values]))
+    most = STILL * max(differences, least)
+    repeated = _from_repetition(values, driving)
+    if repeated is not None and repeated < most:
+        return _limited(repeated, Evidence.REPETITION, least, step)
     rest = _from_rest(values, driving, period)
-    if rest is not None and rest < STILL * max(differences, least):
+    if rest is not None and rest < most:
         return _limited(rest, Evidence.REST, least, step)
     return _limited(differences, Evidence.DIFFERENCES, least, step)
 

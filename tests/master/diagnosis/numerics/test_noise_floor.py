@@ -67,6 +67,17 @@ def test_what_starts_otherwise_or_comes_back_to_another_place_is_no_noise_of_a_r
         assert floor.value == pytest.approx(0.5, rel=0.03)
 
 
+def test_a_motion_that_never_settles_does_not_repeat():
+    """A pendulum that was not started on its periodic motion swings on for longer than the recording."""
+    motion = np.tile(MOTION[: N // 2], 2)
+    swing = 20.0 * np.exp(-T / 30.0) * np.sin(2.0 * np.pi * 0.77 * T)
+
+    floor = noise_floor([motion + swing + noise(0.5)], [motion[:, None]], 1e-3)
+
+    assert floor.evidence is Evidence.DIFFERENCES
+    assert floor.value == pytest.approx(0.5, rel=0.03)
+
+
 def test_recordings_of_the_same_motion_are_repetitions():
     driving = [MOTION[:, None], MOTION[:, None]]
 
