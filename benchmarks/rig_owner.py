@@ -22,12 +22,12 @@ from master.commissioning.chirp import Chirp
 from master.commissioning.commission import commission
 from master.commissioning.methods import prepared_methods
 from master.commissioning.models import Knowledge
-from master.commissioning.preflight import preflight
+from master.commissioning.preflight import Plant, preflight
 from master.commissioning.rig import run_held
 from master.comparison.cells import Cell
 from master.comparison.compare import Task, scores
 from master.comparison.methods import all_methods
-from master.evaluation.modes import dominant_mode
+from master.evaluation.modes import poles_of
 from master.experiment.experiment import Experiment
 from master.experiment.prepare import Request
 from master.installation import configuration
@@ -61,7 +61,22 @@ BOX = Box.model_validate(
         "points": 2,
     }
 )
-SIMULATED = 15.0  # s
+SIMULATED = 15.0
+SETTLED = 0.5
+"""Length of a run, and of its beginning that is left out [s]."""
+CYCLES = 80.0
+"""Cycles of a pole over which it is looked for in a run."""
+SYSTEMS = {
+    "experiment_1000kg": (),
+    "high_frequency": (),
+    "experiment": (
+        *("spacecraft.m_s=2300", "ideal.m_s=2300", "force_sensor.T_f=0.006"),
+        *(f"{name}.k_p=90000" for name in BOTH),
+        *(f"{name}.c_p=180" for name in BOTH),
+        *("motion_simulator.K_p=22", "motion_simulator.z=0.6"),
+    ),
+}
+"""Systems whose damping is judged, with what is set: the third is a rig that no configuration has."""
 CHANGE = 1e-3
 """Share by which a parameter is changed for a difference quotient."""
 CHIRPS = (Chirp(), Chirp(amplitude=2e-3), Chirp(amplitude=2e-3, duration=60.0))
@@ -144,7 +159,7 @@ def _slope(way: Mapping[str, float], chirp: Chirp) -> np.ndarray:
         values = ["force_sensor.sigma=0"]
         for name, power in way.items():
             instance, _, variable = name.partition(".")
-            value = float(base.system.instances[instance].value_of(variable))
+            value = float(base.system.instances[instance].value_of(variable) or 0.0)
             values.append(f"{name}={value * math.exp(sign * CHANGE * power)!r}")
         forces.append(run_held(prepare_to_run(E2, Request(assignments=tuple(values))), chirp).f_mea)
     return (forces[0] - forces[1]) / (2.0 * CHANGE)
@@ -171,23 +186,34 @@ def _told(seeds: list[int]) -> None:
 
 def _preflight(_: list[int]) -> None:
     """Damping of the matrix of a tick against that of a run without noise, in which nothing adapts."""
-    for method in all_methods():
-        [one] = prepared_methods(E2, Request(), method, silent)
-        found = preflight(one.experiment, BOX, method)
-        apart = [abs(_simulated(one.experiment, plant.factors) - plant.zeta) for plant in found.plants]
-        print(f"| `{method}` | {max(apart):.1e} |", flush=True)
+    for name, changes in SYSTEMS.items():
+        for method in all_methods():
+            request = Request(assignments=changes)
+            [one] = prepared_methods(configuration(name), request, method, silent)
+            found = preflight(one.experiment, BOX, method)
+            apart = [abs(_simulated(one.experiment, plant) - plant.zeta) for plant in found.plants]
+            zetas = [plant.zeta for plant in found.plants]
+            print(
+                f"| {name} | `{method}` | {min(zetas):.4f} to {max(zetas):.4f} | {max(apart):.1e} |",
+                flush=True,
+            )
 
 
-def _simulated(experiment: Experiment, factors: Mapping[str, float]) -> float:
+def _simulated(experiment: Experiment, plant: Plant) -> float:
+    """Return the damping of the mode of a run that is nearest to the pole of a plant, damped least of all."""
     system, _ = frozen(experiment.system, after_run=False)
     own = own_values(BOX, experiment.system)
     changes = {"force_sensor.sigma": 0.0}
-    for name, factor in factors.items():
+    for name, factor in plant.factors.items():
         changes |= dict(BOX.box[name].changes(factor, own))
-    grid = replace(experiment.grid, n_ticks=round(SIMULATED / experiment.grid.step_size))
+    step = experiment.grid.step_size
+    grid = replace(experiment.grid, n_ticks=round(SIMULATED / step))
     outcome = simulate(changed(system, changes), experiment.schedule, grid)
-    mode = dominant_mode(outcome.result["spacecraft.s_des"][2000:], grid.step_size)
-    return math.nan if mode is None else mode.zeta
+    motion = outcome.result["spacecraft.s_des"][round(SETTLED / step) :]
+    seen = poles_of(motion[: round(CYCLES / plant.frequency / step)], step)
+    frequencies = seen.imag / (2.0 * np.pi)
+    nearest = seen[np.argmin(np.abs(frequencies - plant.frequency))]
+    return float(-nearest.real / abs(nearest))
 
 
 if __name__ == "__main__":
