@@ -12,12 +12,11 @@ the motion at t is s + ds/dkappa kappa + ds/ddelta delta, and the least mean squ
 sees the past alone is that of the conditional mean of kappa and delta (Gauss-Markov; the Cramer-Rao bound
 where the prior is wide), with deviations of PRIOR before the run. The sensitivities are differences of the
 ideal docking and of its contact, solved exactly; the sensor's lag, 0.1 % at these frequencies, is left out.
-Four degrees of knowledge:
+Unknown are
 
-    all         contact known: nothing has to be learnt, no error
-    damping     kappa unknown and constant
-    constants   kappa and delta unknown and constant
-    nothing     no model is believed: what is measured is passed on, noise and all
+    stiffness            kappa, constant
+    stiffness, damping   kappa and delta, constant
+    the force itself     no model is believed: what is measured is passed on, noise and all
 """
 
 from __future__ import annotations
@@ -187,9 +186,9 @@ def _nrmse(contact: Contact, sigma: float, n_seeds: int) -> dict[str, Array]:
     known = sensitivities(contact)
     scale = 1e2 / np.sqrt(np.mean(known.ideal**2))
     ways: dict[str, Callable[[Array], Array]] = {
-        "k": lambda noise: errors_of_constants(known, noise, sigma, 1),
-        "k, c": lambda noise: errors_of_constants(known, noise, sigma, 2),
-        "all": lambda noise: errors_of_nothing(contact, noise),
+        "stiffness": lambda noise: errors_of_constants(known, noise, sigma, 1),
+        "stiffness, damping": lambda noise: errors_of_constants(known, noise, sigma, 2),
+        "the force itself": lambda noise: errors_of_nothing(contact, noise),
     }
     rng = np.random.default_rng(1)
     found: dict[str, list[Array]] = {name: [] for name in ways}
