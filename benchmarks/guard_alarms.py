@@ -78,6 +78,7 @@ class Watched:
     base: Base
     document: dict[str, Any]
     request: Request
+    declared: dict[str, float]
 
 
 def main() -> None:
@@ -86,6 +87,9 @@ def main() -> None:
     asked.add_argument("--pairs", type=int, default=300)
     asked.add_argument("--seed", type=int, default=1)
     asked.add_argument("--paper", type=int, metavar="SEEDS", help="the paper's cases instead of pairs")
+    asked.add_argument(
+        "--tolerances", type=float, nargs="+", help="guards of these instead of the usual ones"
+    )
     asked.add_argument("--part", default="1/1", help="which part of how many")
     asked.add_argument("--table", type=Path, nargs="+", help="files of runs")
     given = asked.parse_args()
@@ -93,6 +97,8 @@ def main() -> None:
         rows = [json.loads(line) for file in given.table for line in file.read_text().splitlines()]
         print("\n".join(_table(rows)))
         return
+    tolerances = {f"{value:g}": {"tolerance": value} for value in given.tolerances or []}
+    settings = tolerances or SETTINGS
     part, parts = map(int, given.part.split("/"))
     with closing(KeptRuns()) as runs:
         of_the_paper = given.paper is not None
@@ -100,7 +106,7 @@ def main() -> None:
             _of_the_paper(given.paper) if of_the_paper else _pairs(given.pairs, given.seed)
         ):
             if i % parts == part - 1:
-                print(json.dumps(_run(runs, one)), flush=True)
+                print(json.dumps(_run(runs, one, settings)), flush=True)
                 print(one.name, file=sys.stderr, flush=True)
 
 
@@ -111,12 +117,11 @@ def _of_the_paper(n_seeds: int) -> Iterator[Watched]:
             for sigma in NOISES:
                 declared = {"force_noise": sigma, "variation": VARIES if name == PAPER[-1] else 0.0}
                 declared["tolerance"] = LEAST_TOLERANCE
-                document = _guarded(base.document, base, declared)
                 for seed in range(1, n_seeds + 1):
                     values = {"sigma": sigma, "seed": seed}
                     assignments = tuple(f"{base.sensor}.{key}={value}" for key, value in values.items())
                     request = Request(variant=variant, assignments=assignments, stop_time=OF_PAPER)
-                    yield Watched(f"{name}, {variant}, {sigma:g} N", base, document, request)
+                    yield Watched(f"{name}, {variant}, {sigma:g} N", base, base.document, request, declared)
 
 
 def _pairs(n: int, seed: int) -> Iterator[Watched]:
@@ -136,8 +141,7 @@ def _pairs(n: int, seed: int) -> Iterator[Watched]:
         sigma = compared["fmus"][base.sensor]["parameters"]["sigma"]
         declared = {"force_noise": sigma, "variation": VARIES if varies else 0.0}
         declared["tolerance"] = _tolerance(base, cells[cell], compared)
-        document = _guarded(compared, base, declared)
-        yield Watched(f"{base.name}, {cell}, {method.name}", base, document, Request())
+        yield Watched(f"{base.name}, {cell}, {method.name}", base, compared, Request(), declared)
 
 
 def _tolerance(base: Base, cell: Cell, document: dict[str, Any]) -> float:
@@ -154,8 +158,9 @@ def _tolerance(base: Base, cell: Cell, document: dict[str, Any]) -> float:
     return (1.0 + LEAST_TOLERANCE) * math.exp(0.5 * math.pi * w * off) - 1.0
 
 
-def _guarded(document: dict[str, Any], base: Base, declared: dict[str, float]) -> dict[str, Any]:
-    made = copy.deepcopy(document)
+def _guarded(one: Watched, settings: dict[str, dict[str, float]]) -> dict[str, Any]:
+    made = copy.deepcopy(one.document)
+    base = one.base
     travel = next(wire["from"] for wire in made["connections"] if wire["to"] == f"{base.compensator}.x")
     sources = {
         "s_des": f"{base.spacecraft}.s_des",
@@ -165,38 +170,40 @@ def _guarded(document: dict[str, Any], base: Base, declared: dict[str, float]) -
         "x": travel,
     }
     drag = (made["fmus"][travel.partition(".")[0]].get("start") or {}).get("v", 0.0)
-    for i, setting in enumerate(SETTINGS.values()):
-        values = {**declared, **setting, "m_s": base.value(base.spacecraft, "m_s")}
+    for i, setting in enumerate(settings.values()):
+        values = {**one.declared, **setting, "m_s": base.value(base.spacecraft, "m_s")}
         made["fmus"][f"guard_{i}"] = {"source": "guard", "parameters": values, "start": {"v": drag}}
         made["coupling"]["order"].append(f"guard_{i}")
         made["connections"] += [{"from": source, "to": f"guard_{i}.{to}"} for to, source in sources.items()]
     return made
 
 
-def _run(runs: KeptRuns, one: Watched) -> dict[str, Any]:
-    found = validate(Config, Document(one.base.path, one.document), "system")
+def _run(runs: KeptRuns, one: Watched, settings: dict[str, dict[str, float]]) -> dict[str, Any]:
+    found = validate(Config, Document(one.base.path, _guarded(one, settings)), "system")
     assert found.model is not None, found.problems
     loaded = LoadedConfig(found.model, found.document, found.problems)
-    judged = one.document["compare"]
-    row = _watched(runs, prepare_to_run(loaded, one.request), judged)
+    wanted = one.document["compare"], list(settings)
+    row = _watched(runs, prepare_to_run(loaded, one.request), *wanted)
     at_stop = row["largest"]
     has_grown = at_stop > GROWN
     stop_time = LONGER * float(one.request.stop_time or one.document["stop_time"])
     while row["beyond"] is None and has_grown and stop_time <= LONGEST:
-        row = _watched(runs, prepare_to_run(loaded, replace(one.request, stop_time=stop_time)), judged)
+        row = _watched(runs, prepare_to_run(loaded, replace(one.request, stop_time=stop_time)), *wanted)
         row["largest_at_stop"] = at_stop
         has_grown = row["grows"]
         stop_time *= LONGER
     return {"run": one.name, **row}
 
 
-def _watched(runs: KeptRuns, experiment: Experiment, judged: dict[str, str]) -> dict[str, Any]:
+def _watched(
+    runs: KeptRuns, experiment: Experiment, judged: dict[str, str], guards: list[str]
+) -> dict[str, Any]:
     result = runs.run(experiment).result
     motion, ideal = (np.asarray(result[judged[key]]) for key in ("signal", "reference"))
     ratio = np.abs(motion) / np.max(np.abs(ideal))
     crossings = np.count_nonzero(np.diff(np.sign(ideal)))
     ticks = 2.0 * len(ideal) / crossings
-    alarms = {name: _first(result[f"guard_{i}.alarm"] > 0.5) for i, name in enumerate(SETTINGS)}
+    alarms = {name: _first(result[f"guard_{i}.alarm"] > 0.5) for i, name in enumerate(guards)}
     beyond = _first(ratio > DIVERGED)
     return {
         "largest": float(np.max(ratio)),
