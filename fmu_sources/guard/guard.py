@@ -2,10 +2,12 @@
 Guard of a docking rig: energy budget and limits; it passes force and command on until one is exceeded.
 
     u          = v_des - v                                       speed against the foot of the contact
-    v_ref^2(0) = max(u^2 + |f_mea (s_des - x)|/m_s, least_speed^2)                   at the first instant
+    v_0^2      = max(u^2 + (|f_mea| + 3 force_noise) |s_des - x|/m_s, least_speed^2)   at the first instant
+    v_ref^2(0) = v_0^2
     v_ref^2    = max(min(v_ref^2, U), least_speed^2),   U the larger u^2 of the last two half cycles
     gain       = (1 + tolerance) (1 + variation)/(1 - variation)
-    ratio      = u^2/v_ref^2             alarm: ratio > max(gain, min(gain U/v_ref^2, slow_limit))
+    ratio      = u^2/v_ref^2
+    alarm        ratio > max(gain, min(gain U/v_ref^2, slow_limit), (1 + tolerance) start_share v_0^2/v_ref^2)
     limits     |s_des| <= largest_displacement,   |s_des - s_act| <= largest_deviation,
                |f_mea| <= largest_force,   |v_des| <= largest_speed                  0: no such limit
 
@@ -15,7 +17,8 @@ ends where u has crossed to HYSTERESIS v_ref on the other side, so that noise at
 of two half cycles the larger counts, so that a drift under the oscillation is no gain. What grows by less
 than `gain` from swing to swing may go on until it has slow_limit times the energy of the least swing; 1.8 is
 1.34 times the amplitude: 1.5^2 less a tenth that comes in one swing and a tenth for a frequency that falls.
-U is v_ref^2(0) before the first half cycle is over.
+U is v_ref^2(0) before the first half cycle is over. What the rig bore at the start it bears again: a motion
+that has shrunk may grow to start_share of that energy; with 0 every gain counts.
 
     f_safe     = f_comp,  s_safe = s_cmd                                             before the alarm
     f_safe     = 0,       s_safe(k) = s_safe(k-1) + T w(k),  w(k) = exp(-T/rest_time) w(k-1)      from it on
@@ -43,6 +46,8 @@ from ..framework.variables import declare, fixed, input_, parameter, sampled, st
 
 HYSTERESIS = 0.1
 """Share of v_ref at which a new half cycle begins."""
+NOISE_DEVIATIONS = 3.0
+"""Deviations of the noise by which the first force may be too small."""
 ENERGY, DISPLACEMENT, DEVIATION, FORCE, SPEED = 1.0, 2.0, 3.0, 4.0, 5.0
 
 PARAMETERS = declare(
@@ -50,7 +55,7 @@ PARAMETERS = declare(
     parameter("m_s", 820.0, "kg", "Mass of the spacecraft as in its model", above=0.0),
     parameter(
         "tolerance",
-        0.1,
+        0.05,
         "1",
         "Share by which the kinetic energy may exceed that of previous swings",
         above=0.0,
@@ -61,6 +66,21 @@ PARAMETERS = declare(
         "1",
         "Kinetic energy over its least budget that a slow growth may reach; 1: none",
         minimum=1.0,
+    ),
+    parameter(
+        "start_share",
+        1.0,
+        "1",
+        "Share of the energy at the start that later motion may have however it grows; 0: every gain counts",
+        minimum=0.0,
+        maximum=1.0,
+    ),
+    parameter(
+        "force_noise",
+        0.0,
+        "N",
+        "Standard deviation of the noise of f_mea; three are added to the first force",
+        minimum=0.0,
     ),
     parameter("variation", 0.0, "1", "Share by which stiffness is known to vary", minimum=0.0, maximum=0.9),
     parameter("least_speed", 1e-3, "m/s", "Speed below which nothing is a gain of energy", above=0.0),
@@ -95,6 +115,7 @@ STATES = declare(
     ),
     sampled(state("energy_ratio", "1", "Kinetic energy over its budget", output=True)),
     sampled(state("budget", "m2/s2", "Squared speed v_ref^2 that the motion may have"), hidden=True),
+    sampled(state("at_start", "m2/s2", "Squared speed v_0^2 that the motion had at the start"), hidden=True),
     sampled(state("recent", "m2/s2", "Larger squared speed of the last two half cycles"), hidden=True),
     sampled(state("side", "1", "Sign of the speed in this half cycle, 0 before the first"), hidden=True),
     sampled(state("peak", "m2/s2", "Largest squared speed of this half cycle"), hidden=True),
@@ -148,12 +169,16 @@ class Guard(Model):
         least = p.least_speed * p.least_speed
         speed = u.v_des - u.v
         energy = speed * speed
-        at_start = energy + m.fabs(u.f_mea * (u.s_des - u.x)) / p.m_s
-        old = m.where(x.has_started > 0.5, x.budget, _larger(at_start, least, m))
+        force = m.fabs(u.f_mea) + NOISE_DEVIATIONS * p.force_noise
+        first = _larger(energy + force * m.fabs(u.s_des - u.x) / p.m_s, least, m)
+        at_start = m.where(x.has_started > 0.5, x.at_start, first)
+        old = m.where(x.has_started > 0.5, x.budget, first)
         gain = (1.0 + p.tolerance) * (1.0 + p.variation) / (1.0 - p.variation)
         ratio = energy / old
         recent = m.where(x.has_started > 0.5, x.recent, old)
         allowed = _larger(gain, _smaller(gain * recent / old, p.slow_limit, m), m)
+        of_start = (1.0 + p.tolerance) * p.start_share * at_start
+        allowed = _larger(allowed, of_start / old, m)
 
         needed = HYSTERESIS * m.sqrt(old)
         side = m.where(speed > needed, 1.0, m.where(speed < -needed, -1.0, x.side))
@@ -183,6 +208,7 @@ class Guard(Model):
             "reason": reason,
             "energy_ratio": ratio,
             "budget": budget,
+            "at_start": at_start,
             "recent": m.where(turns, of_cycle, recent),
             "side": side,
             "peak": m.where(turns, energy, _larger(x.peak, energy, m)),

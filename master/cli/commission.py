@@ -30,8 +30,8 @@ BAND = 1.2
 """Highest frequency that is used, in terms of that of the chirp."""
 MOST_OF_RATE = 0.2
 """Highest frequency that is used in terms of the sampling rate: the noise is seen above it."""
-OF_FMUS = {"interpolations": 2.0, "spread": 0.01}
-"""How often signals are interpolated on their way through the FMUs of contact and sensor."""
+OF_FMUS = {"interpolations": 2.0, "spread": 0.01, "force_zero": 0.0}
+"""How often signals are interpolated on their way through the FMUs of contact and sensor; a sensor's zero."""
 
 
 @click.command()
@@ -60,6 +60,13 @@ OF_FMUS = {"interpolations": 2.0, "spread": 0.01}
 @click.option(
     "--damping-ratio", type=POSITIVE, default=0.01, show_default=True, help="How well c_m/c_p is known."
 )
+@click.option(
+    "--force-zero",
+    type=click.FloatRange(min=0.0),
+    metavar="N",
+    help="How well the measured force is known to be 0 where s_act is 0 and the contact bears nothing [N]; "
+    "by default exactly for FMUs, and not at all for a recording.",
+)
 @FLAVOUR
 @click.option(
     "--output",
@@ -80,6 +87,7 @@ def commission(
     """Measure the rig of CONFIG by a chirp, spacecraft held: parameters with deviations for a compensator."""
     target = _target(method)
     ratios = {name: options.pop(name) for name in ("stiffness_ratio", "damping_ratio")}
+    zero = options.pop("force_zero")
     highest = options.pop("highest")
     chirp = Chirp(options.pop("amplitude"), options.pop("duration"), highest=highest)
     request = Request(**options)
@@ -94,8 +102,10 @@ def commission(
         got = f"{highest:g} Hz with a sample every {answer.held.period:g} s"
         wanted = f"at most {MOST_OF_RATE / BAND / answer.held.period:.4g} Hz"
         raise ConfigError([Problem("too high for the samples", where="--highest", got=got, expected=wanted)])
-    sampling = OF_FMUS if record is None else {}
-    knowledge = Knowledge(answer.held.period, **ratios, **sampling)
+    of_rig = OF_FMUS if record is None else {}
+    if zero is not None:
+        of_rig = {**of_rig, "force_zero": zero}
+    knowledge = Knowledge(answer.held.period, **ratios, **of_rig)
     found = fitted(answer.held, answer.believed, BAND * highest, knowledge)
     told = {name: value for name, value in found.parameters().items() if name in target.takes()}
     file = output or Path("results") / answer.name / "parameters.ssv"

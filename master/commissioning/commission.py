@@ -2,15 +2,16 @@
 Commissioning: from a chirp with the spacecraft held to the parameters of a compensator, with deviations.
 
 Motion simulator and contact with sensor are fitted apart; a delay of the force that the lag of the sensor
-does not explain is in the model only where the record asks for it. What the fit leaves beyond the noise is
+does not explain is in the model only where the record asks for it, and the force at rest only where its
+zero is known and it is that of the stiffness that the chirp shows. What the fit leaves beyond the noise is
 said: the rig then has something that the models lack, and the deviations are those of a wrong model.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -109,16 +110,40 @@ def commission(
         Record(held.s_cmd, held.s_act, held.period, highest), plant_form(held.period), [plant_start(believed)]
     )
     record = Record(held.s_act, held.f_mea, held.period, highest)
-    contact, has_delay = _contact(record, believed, knowledge)
+    seen = _contact(record, believed, knowledge)
+    contact = seen.fit
     swing = float(np.max(np.abs(held.f_mea - np.mean(held.f_mea))))
-    values = (*_of_plant(plant), *_of_contact(contact, contact_start(believed), has_delay))
-    return Commissioned(
-        values, plant, contact, believed["m_e"], swing, tuple(_warnings(plant, contact, swing, has_delay))
+    values = (*_of_plant(plant), *_of_contact(contact, contact_start(believed), seen.has_delay))
+    return Commissioned(values, plant, contact, believed["m_e"], swing, tuple(_warnings(plant, seen, swing)))
+
+
+class _Contact(NamedTuple):
+    """Fit of contact and sensor; the force at rest against what the chirp alone shows, in deviations."""
+
+    fit: Fit
+    has_delay: bool
+    pull_at_rest: float
+
+
+def _contact(record: Record, believed: Mapping[str, float], knowledge: Knowledge) -> _Contact:
+    """Return the fit, with the force at rest if its zero is known and it does not contradict the chirp."""
+    of_chirp, has_delay = _of_chirp(record, believed, knowledge)
+    if not np.isfinite(knowledge.force_zero):
+        return _Contact(of_chirp, has_delay, 0.0)
+    known = replace(record, zero=knowledge.force_zero)
+    form = contact_form(believed, knowledge, with_delay=has_delay)
+    deviation = np.hypot(
+        known.deviation_at_rest(of_chirp.noise),
+        of_chirp.deviation(lambda theta: known.left_at_rest(form, theta)),
     )
+    pull = known.left_at_rest(form, of_chirp.theta) / float(deviation)
+    if abs(pull) > LARGEST_PULL:
+        return _Contact(of_chirp, has_delay, pull)
+    return _Contact(fit(known, form, [of_chirp.theta]), has_delay, pull)
 
 
-def _contact(record: Record, believed: Mapping[str, float], knowledge: Knowledge) -> tuple[Fit, bool]:
-    """Return the fit, and whether it has a delay."""
+def _of_chirp(record: Record, believed: Mapping[str, float], knowledge: Knowledge) -> tuple[Fit, bool]:
+    """Return the fit without the force at rest, and whether it has a delay."""
     without = fit(
         record,
         contact_form(believed, knowledge, with_delay=False),
@@ -168,8 +193,9 @@ def _of_contact(found: Fit, believed: Floats, has_delay: bool) -> list[Value]:
     ]
 
 
-def _warnings(plant: Fit, contact: Fit, swing: float, has_delay: bool) -> list[str]:
+def _warnings(plant: Fit, seen: _Contact, swing: float) -> list[str]:
     found = []
+    contact = seen.fit
     for what, one, unit in (("s_cmd to s_act", plant, "m"), ("s_act to f_mea", contact, "N")):
         if one.ratio > LARGEST_RATIO:
             found.append(
@@ -188,7 +214,13 @@ def _warnings(plant: Fit, contact: Fit, swing: float, has_delay: bool) -> list[s
             f"the force swings by {swing:.3g} N over a noise of {contact.noise:.3g} N: a larger or longer "
             "chirp tells more"
         )
-    if has_delay:
+    if abs(seen.pull_at_rest) > LARGEST_PULL:
+        found.append(
+            f"the force at rest is {seen.pull_at_rest:+.1f} deviations from that of the stiffness found, and "
+            "is left out: expected a zero that is known less well, or displacements from where the contact "
+            "bears nothing; a stiffness that depends on the force shows like this, too"
+        )
+    if seen.has_delay:
         found.append(
             "the force is late by more than the sensor's lag: T_f_hat is the sum of both, for want of a "
             "parameter of its own"

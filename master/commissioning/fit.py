@@ -3,6 +3,8 @@ Batch output-error fit of a transfer function to a record, in the frequency doma
 
     Y(f) = G(j 2 pi f, theta) U(f) + T(j 2 pi f)/D + E(f),   f the bins up to a highest frequency
 
+    mean(y) = G(0, theta) mean(u) + e,   e with the deviation of what is at rest, where that is known
+
 T is a polynomial: what begins before the record and is not over at its end is a rational function with the
 denominator of G, whose coefficients are nuisances that least squares solves. E is white: the error of a bin
 has the deviation of a sample in its real and imaginary part each, since the transform is scaled by sqrt(2/n).
@@ -36,12 +38,27 @@ STEP = 1e-6
 
 @dataclass(frozen=True)
 class Record:
-    """Input and output of one subsystem, shape (n,), every `period` s; up to `highest` Hz they are used."""
+    """
+    Input and output of one subsystem, shape (n,), every `period` s; up to `highest` Hz they are used.
+
+    `zero`: deviation of the output where the input is 0, in its unit; inf: what is at rest tells nothing.
+    """
 
     u: Floats
     y: Floats
     period: float
     highest: float
+    zero: float = np.inf
+
+    def deviation_at_rest(self, noise: float) -> float:
+        """Return the deviation of the mean output, of a zero, of noise and of a form that is not exact."""
+        mean = float(np.mean(self.y))
+        return float(np.linalg.norm([self.zero, noise / np.sqrt(len(self.y)), RESOLUTION * mean]))
+
+    def left_at_rest(self, form: Form, theta: Floats) -> float:
+        """Return the part of the mean output that G(0) leaves."""
+        static = form.response(np.zeros(1, dtype=np.complex128), theta)[0].real
+        return float(np.mean(self.y) - static * np.mean(self.u))
 
 
 @dataclass(frozen=True)
@@ -108,11 +125,16 @@ def fit(record: Record, form: Form, starts: Sequence[Floats]) -> Fit:
     Y: Complexes = np.asarray(scale * np.fft.rfft(record.y - np.mean(record.y))[used], dtype=np.complex128)
     noise = max(noise_of(record), RESOLUTION * float(np.std(record.y)))
 
+    def at_rest(theta: Floats) -> Floats:
+        if not np.isfinite(record.zero):
+            return np.zeros(0)
+        return np.array([record.left_at_rest(form, theta) / record.deviation_at_rest(noise)])
+
     def left(theta: Floats) -> Floats:
         difference = _stacked(Y - form.response(s, theta) * U)
         basis = _basis(s, theta, form)
         unexplained = difference - basis @ np.linalg.lstsq(basis, difference, rcond=None)[0]
-        return np.concatenate([unexplained / noise, (theta - form.centre) / form.spread])
+        return np.concatenate([unexplained / noise, at_rest(theta), (theta - form.centre) / form.spread])
 
     bounds = (form.lower, form.upper)
     tried = [
@@ -127,7 +149,9 @@ def fit(record: Record, form: Form, starts: Sequence[Floats]) -> Fit:
     rms = float(noise * np.linalg.norm(left(theta)[:n_data]) / np.sqrt(n_free))
     known = np.zeros((len(theta), J.shape[1]))
     np.fill_diagonal(known, 1.0 / form.spread)
-    J = np.concatenate([J / max(noise, rms), known])
+    of_rest = np.zeros((len(at_rest(theta)), J.shape[1]))
+    of_rest[:, : len(theta)] = _slopes(at_rest, theta)
+    J = np.concatenate([J / max(noise, rms), of_rest, known])
     column = np.linalg.norm(J, axis=0)
     covariance = np.linalg.pinv((J / column).T @ (J / column)) / np.outer(column, column)
     covariance = covariance[: len(theta), : len(theta)]

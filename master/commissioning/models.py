@@ -35,7 +35,8 @@ class Knowledge:
 
     `stiffness_ratio`, `damping_ratio`: standard deviations of ln(k_m/k_p) and ln(c_m/c_p). `interpolations`
     and `spread`: how often a signal is interpolated on its way to the force, and how sure that is. `period`:
-    of the samples [s].
+    of the samples [s]. `force_zero`: deviation [N] of the measured force where the displacement is 0 and the
+    contact bears nothing; inf: not known, and the force at rest tells nothing.
     """
 
     period: float
@@ -43,6 +44,7 @@ class Knowledge:
     damping_ratio: float = 0.01
     interpolations: float = 1.0
     spread: float = 1.0
+    force_zero: float = np.inf
 
 
 LONGEST_LAG = 0.5

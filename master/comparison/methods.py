@@ -9,6 +9,15 @@ from master import catalogue
 from master.errors import ConfigError, expected
 
 PAPER = "compensator"
+PRESETS: dict[str, dict[str, Any]] = {
+    "L": {"preset": "L"},
+    "F": {"preset": "F"},
+    "Q": {
+        **{"preset": "custom", "P0_ab": 1e-10, "P0_cde": 1.0, "Q_ab": 0.0, "Q_cde": 1.0},
+        **{"R": 1e-3, "prefilter_frequency": 0.0},
+    },
+}
+"""Tunings of the identifier; Q, with process noise, is that of configs/time_varying_stiffness.yaml."""
 
 
 @dataclass(frozen=True)
@@ -25,11 +34,11 @@ class Method:
 
 
 def all_methods() -> dict[str, Method]:
-    """Map names to methods: those of the suite, and the two presets of the paper's compensator."""
+    """Map names to methods: those of the suite, and the paper's compensator with each tuning."""
     found = {name: Method(name, name) for name in catalogue.compensation_methods()}
     parts = {"cfdc": True, "dpdc": True, "identifier": "kalman"}
-    for preset in ("L", "F"):
-        found[f"paper_{preset}"] = Method(f"paper_{preset}", PAPER, {**parts, "preset": preset})
+    for name, tuning in PRESETS.items():
+        found[f"paper_{name}"] = Method(f"paper_{name}", PAPER, {**parts, **tuning})
     return found
 
 

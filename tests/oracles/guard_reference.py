@@ -17,6 +17,8 @@ TIME = time_grid(250, T)
 M_S, TOLERANCE, VARIATION, LEAST, REST = 900.0, 0.2, 0.05, 2e-3, 0.04
 GAIN = (1.0 + TOLERANCE) * (1.0 + VARIATION) / (1.0 - VARIATION)
 SLOW_LIMIT = 1.6
+START_SHARE = 0.7
+FORCE_NOISE = 40.0
 HYSTERESIS = 0.1
 
 
@@ -29,12 +31,13 @@ def budgets(speed: np.ndarray, start: float) -> tuple[np.ndarray, np.ndarray]:
     """Least budget at each instant, and the squared speed that is allowed then."""
     least, allowed = np.empty_like(speed), np.empty_like(speed)
     peaks: list[float] = []
-    level = max(start, LEAST**2)
+    level = first = max(start, LEAST**2)
     begin, sign = 0, 0.0
     for k, u in enumerate(speed):
         recent = max(peaks[-2:]) if peaks else level
         least[k] = level
-        allowed[k] = max(GAIN * level, min(GAIN * recent, SLOW_LIMIT * level))
+        of_start = (1.0 + TOLERANCE) * START_SHARE * first
+        allowed[k] = max(GAIN * level, min(GAIN * recent, SLOW_LIMIT * level), of_start)
         crossed = np.sign(u) if abs(u) > HYSTERESIS * np.sqrt(level) else sign
         if sign and crossed != sign:
             peaks.append(float(np.max(speed[begin:k] ** 2)))
@@ -67,13 +70,15 @@ def experiment() -> Experiment:
         "m_s": M_S,
         "tolerance": TOLERANCE,
         "slow_limit": SLOW_LIMIT,
+        "start_share": START_SHARE,
+        "force_noise": FORCE_NOISE,
         "variation": VARIATION,
         "least_speed": LEAST,
         "rest_time": REST,
     }
     speed = inputs["v_des"] - drag
-    start = speed[0] ** 2 + abs(inputs["f_mea"][0] * (s_des[0] - x[0])) / M_S
-    least, allowed = budgets(speed, start)
+    force = abs(inputs["f_mea"][0]) + 3.0 * FORCE_NOISE
+    least, allowed = budgets(speed, speed[0] ** 2 + force * abs(s_des[0] - x[0]) / M_S)
     ratio = speed**2 / least
     first = int(np.argmax(speed**2 > allowed))
     assert 130 < first < 240

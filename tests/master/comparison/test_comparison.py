@@ -100,6 +100,16 @@ def test_a_method_that_is_not_there_is_refused_by_name():
     assert "--methods: no such method, got 'robst'" in str(error.value)
 
 
+def test_preset_q_is_the_tuning_of_the_case_whose_stiffness_varies():
+    base = Base(CONFIG_FOLDER / "time_varying_stiffness.yaml")
+    values = all_methods()["paper_Q"].values
+    numbers = {name: value for name, value in values.items() if isinstance(value, float)}
+
+    assert base.document["fmus"][base.compensator]["parameters"]["preset"] == values["preset"] == "custom"
+    assert set(numbers) == {"P0_ab", "P0_cde", "Q_ab", "Q_cde", "R", "prefilter_frequency"}
+    assert {name: base.value(base.compensator, name) for name in numbers} == numbers
+
+
 def test_a_configuration_without_a_compensator_is_refused(tmp_path):
     path = tmp_path / "alone.yaml"
     path.write_text(
