@@ -13,6 +13,7 @@ from master.fmi.description import Description, Variable
 from master.fmi.units import Unit
 from master.system.graph import Instance, System, Wire
 from master.system.grid import Grid
+from master.system.scenario import Scenario
 
 from .inner import InnerModel, Row
 
@@ -139,13 +140,15 @@ class Fused:
     """
     A system that is exported as one FMU.
 
-    `identifier` is its name as one of C, `step` the communication step of the system [s].
+    `identifier` is its name as one of C, `grid` has the communication step of the system, `scenario` what
+    happens during its runs.
     """
 
     name: str
     identifier: str
     description: str
     grid: Grid
+    scenario: Scenario
     system: System
     schedule: Schedule
     models: tuple[InnerModel, ...]

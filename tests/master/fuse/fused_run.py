@@ -15,6 +15,7 @@ from master.api import prepare_to_run
 from master.experiment.experiment import Experiment
 from master.experiment.prepare import Request
 from master.fuse.export import fused_fmu, fused_system
+from master.stepping.outcome import RunOptions
 from master.stepping.simulate import simulate
 
 GETTERS = {
@@ -107,7 +108,8 @@ def exported(experiment: Experiment, folder: Path, version: str = "2.0") -> Path
 
 
 def expected_rows(experiment: Experiment):
-    result = simulate(experiment.system, experiment.schedule, experiment.grid).result
+    options = RunOptions(scenario=experiment.scenario)
+    result = simulate(experiment.system, experiment.schedule, experiment.grid, options=options).result
     return list(result.names), np.ascontiguousarray(result.values)
 
 
