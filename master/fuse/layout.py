@@ -176,6 +176,11 @@ class Fused:
         """Whether FMUs are carried along as they are."""
         return any(model.is_foreign for model in self.models)
 
+    @property
+    def saves_state(self) -> bool:
+        """Whether the host can save and restore the state: all FMUs that are carried along can."""
+        return all(i.description.can_get_and_set_state for i in self.inners.values() if i.model.is_foreign)
+
     @cached_property
     def units(self) -> Mapping[str, Unit]:
         """Units of all that is shown, by name; where one FMU defines it and another does not, as defined."""

@@ -209,6 +209,7 @@ def _memory(fused: Fused, writer: TickWriter, events: EventWriter) -> str:
         "",
         *(f'#include "{model.file}.h"' for model in fused.models),
         *(["", *events.sizes(), "", '#include "events.h"'] if has_events else []),
+        *(["", *_sizes_of_foreign(fused)] if fused.has_foreign else []),
         "",
         "typedef struct {",
         *(f"    {i.model.prefix}Instance {i.member}; /* {_comment(i.name)} */" for i in inners),
@@ -226,6 +227,12 @@ def _memory(fused: Fused, writer: TickWriter, events: EventWriter) -> str:
         "#endif",
     ]
     return "\n".join(lines) + "\n"
+
+
+def _sizes_of_foreign(fused: Fused) -> Iterator[str]:
+    """How many FMUs are carried along, and whether all of them save their state."""
+    n_foreign = sum(inner.model.is_foreign for inner in fused.inners.values())
+    yield f"enum {{ N_FOREIGN = {n_foreign}, DO_FOREIGN_SAVE_STATE = {int(fused.saves_state)} }};"
 
 
 def _system(fused: Fused, writer: TickWriter, events: EventWriter) -> str:
@@ -270,6 +277,16 @@ def _opening(fused: Fused) -> Iterator[str]:
     yield "void system_close(Memory *memory) {"
     for inner in foreign:
         yield f"    {inner.model.prefix}close(&memory->{inner.member});"
+    yield "}"
+    yield ""
+    yield "Foreign *system_foreign(const Memory *memory, int number) {"
+    yield "    switch (number) {"
+    for i, inner in enumerate(foreign[1:], 1):
+        yield f"    case {i}:"
+        yield f"        return memory->{inner.member}.foreign;"
+    yield "    default:"
+    yield f"        return memory->{foreign[0].member}.foreign;"
+    yield "    }"
     yield "}"
 
 

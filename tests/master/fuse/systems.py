@@ -96,10 +96,10 @@ EVENTS = {
 }
 
 
-def with_events(events, order=None) -> dict:
-    """The loop and a free spacecraft under events."""
+def with_events(events, order=None, wires=None) -> dict:
+    """The loop and a free spacecraft under events; some wires are delayed and extrapolated."""
     return loop(
         order or [*MEMBERS, "free"],
-        wires={0: {"delay": 2}, 3: {"extrapolation": 1}},
+        wires={0: {"delay": 2}, 3: {"extrapolation": 1}} if wires is None else wires,
         free={"source": "spacecraft", "parameters": {"m_s": 3}, "start": {"f": 2.0}},
     ) | {"events": events}
