@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 
 from master.errors import Problem
 from master.system.scenario import Action, Scenario, ScenarioEvent
@@ -100,8 +100,8 @@ class EventWriter:
             yield "        break;"
 
 
-def refused_events(scenario: Scenario, fused: Fused, measured: Collection[str]) -> Iterator[Problem]:
-    """Say what events do that a system as one FMU cannot; `measured` are inputs that a recording drives."""
+def refused_events(scenario: Scenario, fused: Fused) -> Iterator[Problem]:
+    """Say what events do that a system as one FMU cannot."""
     handed = {wire.target.name for wire in fused.system.inlets}
     for i, event in enumerate(scenario.events):
         where = f"events[{i}]"
@@ -121,13 +121,6 @@ def refused_events(scenario: Scenario, fused: Fused, measured: Collection[str]) 
                     where=where,
                     got=action.target,
                     expected="inputs of FMUs that nothing leads to, and their tunable parameters",
-                )
-            elif action.target in measured:
-                yield Problem(
-                    "an event that sets an input that a recording drives",
-                    where=where,
-                    got=action.target,
-                    expected="inputs that nothing leads to",
                 )
             elif not _is_kept(action.target, fused):
                 yield Problem(

@@ -85,7 +85,7 @@ def fused_system(experiment: Experiment, *, carries: bool = False) -> Fused:
         models=tuple(models.values()),
         inners=inners,
     )
-    problems += refused_events(experiment.scenario, fused, experiment.inputs.columns)
+    problems += refused_events(experiment.scenario, fused)
     if carries:
         problems += fused.unit_problems()
     if problems:

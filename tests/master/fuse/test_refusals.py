@@ -32,16 +32,6 @@ def test_an_event_that_sets_what_an_input_of_the_system_leads_to_is_refused(tmp_
     assert problem.startswith("events[0]: an event that sets an input of the system itself, got free.f")
 
 
-def test_an_event_that_sets_what_a_recording_drives_is_refused(tmp_path):
-    data = loop([*MEMBERS, "free"], free={"source": "spacecraft"})
-    (tmp_path / "push.csv").write_text("time,free.f\n0,1\n1,2\n", encoding="utf-8")
-    data["inputs"] = {"file": "push.csv", "time": {"column": "time"}, "map": {"free.f": {"column": "free.f"}}}
-    data["events"] = [{"at": 0.1, "set": {"free.f": 3.0}}]
-
-    [problem] = refused(tmp_path, data)
-    assert problem.startswith("events[0]: an event that sets an input that a recording drives, got free.f")
-
-
 def test_connectors_that_an_fmu_cannot_have_are_refused_by_name(tmp_path):
     data = loop(MEMBERS, free={"source": "spacecraft"})
     data["coupling"]["order"] = [*MEMBERS, "free"]
