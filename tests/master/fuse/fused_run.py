@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ from fmpy import extract, read_model_description
 from fmpy.fmi2 import FMU2Slave
 from fmpy.fmi3 import FMU3Slave
 
+from fmu_sources.export import build
 from master.api import prepare_to_run
 from master.experiment.experiment import Experiment
 from master.experiment.prepare import Request
@@ -90,6 +92,17 @@ class Host:
     def end(self):
         self.fmu.freeInstance()
         shutil.rmtree(self.folder, ignore_errors=True)
+
+
+def bare(folder: Path, model: str) -> Path:
+    """Write a model of this project as the FMU of another tool, without its sources."""
+    path = folder / f"bare_{model}.fmu"
+    with zipfile.ZipFile(build.target(model).path) as archive, zipfile.ZipFile(path, "w") as copy:
+        for name in archive.namelist():
+            if not name.startswith("sources/"):
+                content = archive.read(name)
+                copy.writestr(name, content.replace(b"dockloop (native flavour)", b"another tool"))
+    return path
 
 
 def prepared(folder: Path, data: dict | str | Path, **request) -> Experiment:

@@ -21,7 +21,7 @@ from master.fuse.description import describe_fmi2
 from master.fuse.export import fused_system
 from tests.conformance.material import FOLDER
 from tests.foreign.build import FOLDERS, HERE, compile_c, describe_2, describe_3, write_fmu
-from tests.master.fuse.fused_run import Host, assert_same_bits, expected_rows, exported, prepared
+from tests.master.fuse.fused_run import Host, assert_same_bits, bare, expected_rows, exported, prepared
 from tests.master.fuse.systems import COUPLINGS, EVENTS, MEMBERS, loop, with_events
 
 WIRES = [
@@ -89,17 +89,6 @@ def host(fused):
     host = Host(fused)
     yield host
     host.end()
-
-
-def bare(folder, model: str):
-    """Write a model of this project as the FMU of another tool, without its sources."""
-    path = folder / f"bare_{model}.fmu"
-    with zipfile.ZipFile(build.target(model).path) as archive, zipfile.ZipFile(path, "w") as copy:
-        for name in archive.namelist():
-            if not name.startswith("sources/"):
-                content = archive.read(name)
-                copy.writestr(name, content.replace(b"dockloop (native flavour)", b"another tool"))
-    return path
 
 
 pytestmark = [pytest.mark.slow, pytest.mark.long]
