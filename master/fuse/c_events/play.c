@@ -7,6 +7,17 @@ enum { PASS, FREEZE, DROP };
 static const int64_t MULTIPLIER = 48271; /* generator of Park and Miller, as in `dockloop run` */
 static const int64_t MODULUS = 2147483647;
 
+/* The bytes of a saved state may come from anywhere. */
+static void keep_within_bounds(Played *played) {
+    bool is_well = played->n_acting >= 0 && played->n_acting <= N_ACTIONS;
+    for (int i = 0; is_well && i < played->n_acting; i++) {
+        is_well = played->acting[i] >= 0 && played->acting[i] < N_ACTIONS;
+    }
+    if (!is_well) {
+        played->n_acting = 0;
+    }
+}
+
 static bool is_due(const Memory *memory, const Event *event, int64_t tick) {
     if (event->tick >= 0) {
         return event->tick <= tick;
@@ -77,6 +88,7 @@ static void change_channels(Memory *memory) {
 
 void system_play(Memory *memory, const double *values) {
     const int64_t tick = (int64_t)memory->tick;
+    keep_within_bounds(&memory->played);
     const bool was_fulfilled = begin_due(memory, tick, false);
     const bool has_ended = end_due(&memory->played, tick);
     const bool is_time = begin_due(memory, tick, true);
@@ -98,6 +110,7 @@ void play_from_the_start(Memory *memory, const double *fallbacks) {
 }
 
 void overlay(Memory *memory) {
+    keep_within_bounds(&memory->played);
     for (int i = 0; i < memory->played.n_acting; i++) {
         if (system_actions[memory->played.acting[i]].sets) {
             apply_action(memory, memory->played.acting[i]);

@@ -71,10 +71,18 @@ def test_a_saved_state_holds_what_has_happened_and_a_reset_forgets_it(fused):
     again = host.rows(names, 100, h, 47 * h)
     host.fmu.reset()
     anew = host.start().rows(names, experiment.grid.n_ticks, h)
+    pack, unpack = (
+        (host.fmu.serializeFMUstate, host.fmu.deSerializeFMUstate)
+        if host.is_2
+        else (host.fmu.serializeFMUState, host.fmu.deserializeFMUState)
+    )
+    restore(unpack(pack(state)))
+    from_bytes = host.rows(names, 100, h, 47 * h)
     host.end()
 
     assert first.tobytes() == values[47:148].tobytes()
     assert again.tobytes() == first.tobytes()
+    assert from_bytes.tobytes() == first.tobytes()
     assert anew.tobytes() == values.tobytes()
 
 
