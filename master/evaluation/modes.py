@@ -26,6 +26,8 @@ _SPARE = 3
 _SMALLEST_SINGULAR_VALUE = 1e-10
 _SMALLEST_SHARE = 1e-6
 _LARGEST_CONDITION = 1e8
+_GOOD_CONDITION = 1e2
+_ROUNDING = 1e-13
 _SMALLEST_REST = 1e-3
 
 
@@ -63,8 +65,8 @@ def dominant_mode(y: Floats, step: float) -> Mode | None:
 
 def dominant_of(poles: Complexes, amplitudes: Complexes, duration: float) -> Mode | None:
     """Find the oscillating mode with the most energy over a duration [s] among those of a signal."""
-    powers = [_energy(s, a, duration) for s, a in zip(poles, amplitudes, strict=True)]
-    oscillating = [i for i, s in enumerate(poles) if s.imag * duration > math.pi]
+    powers = [_energy(s, a, duration) for s, a in zip(poles.tolist(), amplitudes.tolist(), strict=True)]
+    oscillating = [i for i, s in enumerate(poles.tolist()) if s.imag * duration > math.pi]
     if not oscillating:
         return None
     best = max(oscillating, key=lambda i: powers[i])
@@ -165,8 +167,8 @@ class Projection:
     """
     Least squares of signals of one length by given poles [1/s], sampled every `step` s.
 
-    By normal equations with a step of refinement where they are good enough for that: their condition is
-    the square of the basis's, which refinement makes up for below the bound here.
+    By normal equations where they are good enough for that: their condition is the square of the basis's,
+    which a step of refinement makes up for below the bound here; below a lower one nothing is lost.
     """
 
     def __init__(self, poles: Complexes, step: float, n: int) -> None:
@@ -175,10 +177,12 @@ class Projection:
         norms = np.sqrt(np.diagonal(products).real)
         self._norms = norms
         self._inverse: Complexes | None = None
+        self._is_refined = False
         if len(poles) and np.all(norms > 0.0) and np.all(np.isfinite(norms)):
             weights, vectors = np.linalg.eigh(products / np.outer(norms, norms))
             if weights[-1] < _LARGEST_CONDITION * weights[0]:
                 self._inverse = (vectors / weights) @ vectors.conj().T
+                self._is_refined = weights[-1] > _GOOD_CONDITION * weights[0]
 
     def amplitudes(self, y: Floats) -> Complexes:
         """Complex amplitudes at the first sample of y, shape (n,)."""
@@ -187,7 +191,8 @@ class Projection:
             found = np.linalg.lstsq(basis.matrix(), y.astype(complex), rcond=None)[0]
             return np.asarray(found * basis.scale)
         found = self._solved(y)
-        found += self._solved(y - basis.sum(found))
+        if self._is_refined:
+            found += self._solved(y - basis.sum(found))
         return np.asarray(found * basis.scale)
 
     def _solved(self, y: NDArray[Any]) -> Complexes:
@@ -206,10 +211,9 @@ class _Exponentials:
     def __init__(self, exponents: Complexes, n: int) -> None:
         growth = np.maximum(exponents.real, 0.0) * (n - 1)
         self.scale = np.exp(-growth)
-        self._exponents = exponents
-        self._growth = growth
         self._n = n
         self._width = math.isqrt(n) + 1
+        self._is_paired = _is_paired(exponents)
         n_rows = -(-n // self._width)
         self._coarse = np.exp(self._width * np.arange(n_rows)[:, None] * exponents - growth)
         self._fine = np.exp(np.arange(self._width)[:, None] * exponents)
@@ -219,29 +223,40 @@ class _Exponentials:
         samples = self._coarse[:, None, :] * self._fine
         return np.asarray(samples.reshape(samples.shape[0] * self._width, samples.shape[2])[: self._n])
 
+    @np.errstate(over="ignore", invalid="ignore")  # of what grows so fast, the basis itself is good enough
     def products(self) -> Complexes:
-        """Inner products of all pairs, by the sum of a geometric series taken in the direction it decays."""
-        rates = self._exponents.conj()[:, None] + self._exponents
-        growth = self._growth[:, None] + self._growth
-        grows = rates.real > 0.0
-        largest = np.exp(np.where(grows, (self._n - 1) * rates, 0.0) - growth)
-        falling = np.where(grows, -rates, rates)
-        ratio = np.expm1(falling)
-        is_constant = ratio == 0.0
-        series = np.expm1(self._n * falling) / np.where(is_constant, 1.0, ratio)
-        return np.asarray(largest * np.where(is_constant, self._n, series))
+        """Inner products of all pairs: those of rows times those within one; the last is short."""
+        full = self._coarse[:-1]
+        last = self._coarse[-1]
+        within = self._fine.conj().T @ self._fine
+        short = self._fine[: self._n - len(full) * self._width]
+        within_last = short.conj().T @ short
+        return np.asarray((full.conj().T @ full) * within + np.outer(last.conj(), last) * within_last)
 
     def moments(self, y: NDArray[Any]) -> Complexes:
         """Inner product of each sequence with y, shape (n,)."""
-        rows = np.empty((len(self._coarse), self._width), dtype=y.dtype)
+        if np.iscomplexobj(y):
+            return self.moments(y.real.copy()) + 1j * self.moments(y.imag.copy())
+        rows = np.empty((len(self._coarse), self._width))
         cells = rows.reshape(-1)
         cells[: self._n] = y
         cells[self._n :] = 0.0
-        return np.asarray(np.sum(self._coarse.conj() * (rows @ self._fine.conj()), axis=0))
+        within = (rows @ self._fine.view(np.float64)).view(np.complex128)
+        return np.asarray(np.sum(self._coarse * within, axis=0).conj())
 
-    def sum(self, weights: Complexes) -> Complexes:
-        """Weighted sum of all sequences, shape (n,)."""
-        return np.asarray(((self._coarse * weights) @ self._fine.T).reshape(-1)[: self._n])
+    def sum(self, weights: Complexes) -> NDArray[Any]:
+        """Weighted sum of all sequences, shape (n,); real if each has its conjugate next to it."""
+        weighted = self._coarse * weights
+        if not self._is_paired:
+            return np.asarray((weighted @ self._fine.T).reshape(-1)[: self._n])
+        halves = weighted.conj().view(np.float64) @ self._fine.view(np.float64).T
+        return np.asarray(halves.reshape(-1)[: self._n])
+
+
+def _is_paired(exponents: Complexes) -> bool:
+    """Whether each exponent is real or has its conjugate next to it, as eigenvalues of real matrices have."""
+    others = iter(exponents)
+    return all(s.imag == 0.0 or next(others, None) == s.conjugate() for s in others)
 
 
 def _pencil(y: Floats) -> Complexes:
@@ -277,21 +292,35 @@ def _largest_singular(columns: Floats, n: int) -> tuple[Floats, Floats]:
     """
     Return the n largest singular values and their right vectors, shape (n, columns).
 
-    The eigenvectors of the products of all columns know those above the root of the rounding alone. Their
-    image spans what the matrix itself makes largest, the small ones too; within that they are exact.
+    The images of a few directions tell whether the columns are of a lower rank but for rounding, as those of
+    a signal without noise: then they span all that there is. Else the eigenvectors of the products of all
+    columns know the directions above the root of the rounding. Their image spans what the matrix itself makes
+    largest, the small ones too; within that they are exact.
+
+    Source of the first: Halko, Martinsson, Tropp, Finding structure with randomness, SIAM Review 53 (2011).
     """
     n_columns = columns.shape[1]
     if n >= n_columns:
         _, singular, right = np.linalg.svd(columns, full_matrices=False)
         return singular, right
-    vectors = np.linalg.eigh(columns.T @ columns)[1][:, ::-1]  # as fast as SciPy's for the largest alone
-    span = np.linalg.qr(columns @ vectors[:, :n])[0]
+    span, triangle = np.linalg.qr(columns @ _directions(n_columns, n))
+    sizes = np.abs(np.diagonal(triangle))
+    if sizes[-1] > _ROUNDING * sizes[0]:
+        vectors = np.linalg.eigh(columns.T @ columns)[1][:, ::-1]  # as fast as SciPy's for the largest alone
+        span = np.linalg.qr(columns @ vectors[:, :n])[0]
     _, singular, right = np.linalg.svd(span.T @ columns, full_matrices=False)
     return singular, right
+
+
+@lru_cache(maxsize=64)
+def _directions(n_rows: int, n: int) -> Floats:
+    """Return n directions that no signal prefers, shape (rows, n)."""
+    return np.random.default_rng(1).standard_normal((n_rows, n))
 
 
 def _energy(pole: complex, amplitude: complex, duration: float) -> float:
     """Integral of |a exp(s t)|^2 over the record."""
     rate = 2.0 * pole.real * duration
     share = duration if abs(rate) < 1e-9 else duration * math.expm1(min(rate, 700.0)) / rate
-    return abs(amplitude) ** 2 * share
+    size = abs(amplitude)
+    return size * size * share

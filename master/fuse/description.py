@@ -32,7 +32,7 @@ def describe_fmi2(fused: Fused, token: str, c_files: Sequence[str]) -> bytes:
         canInterpolateInputs="false",
         canBeInstantiatedOnlyOncePerProcess=_is_alone(fused),
         canNotUseMemoryManagementFunctions="true",
-        canGetAndSetFMUstate=_truth(not fused.has_foreign),
+        canGetAndSetFMUstate=_truth(fused.saves_state),
         canSerializeFMUstate=_truth(not fused.has_foreign),
         providesDirectionalDerivative="false",
     )
@@ -80,7 +80,7 @@ def describe_fmi3(fused: Fused, token: str, c_files: Sequence[str]) -> bytes:
         canHandleVariableCommunicationStepSize="true",
         fixedInternalStepSize=repr(fused.grid.step_size),
         canBeInstantiatedOnlyOncePerProcess=_is_alone(fused),
-        canGetAndSetFMUState=_truth(not fused.has_foreign),
+        canGetAndSetFMUState=_truth(fused.saves_state),
         canSerializeFMUState=_truth(not fused.has_foreign),
         providesDirectionalDerivatives="false",
         hasEventMode="false",

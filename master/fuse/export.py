@@ -16,6 +16,7 @@ from master.experiment.experiment import Experiment
 from master.fmi.description import Description
 
 from .description import describe_fmi2, describe_fmi3
+from .events_c import refused_events
 from .foreign import ForeignModel, foreign_model, refusals
 from .inner import InnerModel, NoSourcesError, digest, inner_model, source_files
 from .layout import Fused, Inner
@@ -78,13 +79,17 @@ def fused_system(experiment: Experiment, *, carries: bool = False) -> Fused:
         identifier=_identifier(experiment.title),
         description=experiment.config.description,
         grid=experiment.grid,
+        scenario=experiment.scenario,
         system=experiment.system,
         schedule=experiment.schedule,
         models=tuple(models.values()),
         inners=inners,
     )
-    if carries and fused.unit_problems():
-        raise ConfigError(fused.unit_problems())
+    problems += refused_events(experiment.scenario, fused)
+    if carries:
+        problems += fused.unit_problems()
+    if problems:
+        raise ConfigError(problems)
     return fused
 
 

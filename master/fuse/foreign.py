@@ -107,7 +107,7 @@ bool {p}instance_step({p}Instance *instance, double t, double h) {{
 }}
 
 bool {p}save({p}Instance *instance) {{
-    return tell(instance, foreign_save(instance->foreign));
+    return tell(instance, foreign_save(instance->foreign, instance->now.values));
 }}
 
 bool {p}restore({p}Instance *instance) {{

@@ -13,6 +13,7 @@ from master.fmi.description import Description, Variable
 from master.fmi.units import Unit
 from master.system.graph import Instance, System, Wire
 from master.system.grid import Grid
+from master.system.scenario import Scenario
 
 from .inner import InnerModel, Row
 
@@ -139,13 +140,15 @@ class Fused:
     """
     A system that is exported as one FMU.
 
-    `identifier` is its name as one of C, `step` the communication step of the system [s].
+    `identifier` is its name as one of C, `grid` has the communication step of the system, `scenario` what
+    happens during its runs.
     """
 
     name: str
     identifier: str
     description: str
     grid: Grid
+    scenario: Scenario
     system: System
     schedule: Schedule
     models: tuple[InnerModel, ...]
@@ -172,6 +175,11 @@ class Fused:
     def has_foreign(self) -> bool:
         """Whether FMUs are carried along as they are."""
         return any(model.is_foreign for model in self.models)
+
+    @property
+    def saves_state(self) -> bool:
+        """Whether the host can save and restore the state: all FMUs that are carried along can."""
+        return all(i.description.can_get_and_set_state for i in self.inners.values() if i.model.is_foreign)
 
     @cached_property
     def units(self) -> Mapping[str, Unit]:

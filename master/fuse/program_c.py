@@ -33,7 +33,8 @@ class _Plan:
 def plan(fused: Fused) -> Program:
     """Compile the system into its flat program, without loading an FMU."""
     plans = {name: _Plan(i.description) for name, i in fused.system.instances.items()}
-    return build_program(fused.system, fused.schedule, plans)  # type: ignore[arg-type]  # of a slave it asks no more
+    channels = fused.scenario.channels()
+    return build_program(fused.system, fused.schedule, plans, channels)  # type: ignore[arg-type]  # of a slave it asks no more
 
 
 @dataclass(frozen=True)
@@ -69,7 +70,8 @@ class TickWriter:
         for source, target, _ in memory.residuals.tolist():
             places |= {source, target}
         wires = (*self.fused.system.wires, *self.let_out)
-        return places | {self.program.place[wire.source.name] for wire in wires}
+        looked_at = [e.condition.signal for e in self.fused.scenario.events if e.condition is not None]
+        return places | {self.program.place[n] for n in (*(w.source.name for w in wires), *looked_at)}
 
     @property
     def let_out(self) -> list[Wire]:
@@ -172,6 +174,9 @@ class TickWriter:
             case Operation.MAP:
                 rows = self.program.memory.maps[c : c + d].tolist()
                 yield f"values[{b}] = {mapped(f'values[{a}]', rows)};"
+            case Operation.CHANNEL:
+                channel = f"memory->channels[{b}], &rings[{c}], {d}"
+                yield f"values[{a}] = through_channel({channel}, k, values[{a}]);"
             case Operation.SAVE:
                 yield from self._call_foreign(a, "save")
                 yield f"memory->saved_i{a} = memory->i{a}.now;"
@@ -238,6 +243,9 @@ class TickWriter:
                 yield f"    fill(&values[{b}], {c}, values[{a}]);"
             elif code == Operation.EXTRAPOLATE:
                 yield f"    fill(&rings[{c}], {b}, values[{a}]);"
+            elif code == Operation.CHANNEL:
+                yield f"    fill(&rings[{c}], {d}, values[{a}]);"
+                yield f"    memory->channels[{b}][CHANNEL_HELD] = values[{a}];"
         yield "}"
 
 

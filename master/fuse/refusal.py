@@ -32,14 +32,6 @@ def refuse(experiment: Experiment, *, is_exported: bool) -> None:
 
 
 def _problems(experiment: Experiment, *, is_exported: bool) -> Iterator[Problem]:
-    if experiment.scenario.events:
-        n = len(experiment.scenario.events)
-        yield Problem(
-            "a system as one FMU has no events: its importer sets inputs and tunable parameters",
-            where="events",
-            got=str(n),
-            expected="none",
-        )
     yield from _of_connectors(experiment.system, is_exported=is_exported)
     for wire in experiment.system.wires:
         if Kind.STRING in (wire.source.variable.kind, wire.target.variable.kind):

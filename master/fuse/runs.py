@@ -226,7 +226,8 @@ class FusedRuns:
         self._instance = self._library.runs_open()
         if not self._instance:
             raise MemoryError(f"no memory for an instance of {base.title}")
-        used = used_signals(base.system, base.limits, base.compared, ())
+        conditions = [e.condition.signal for e in base.scenario.events if e.condition is not None]
+        used = used_signals(base.system, base.limits, base.compared, conditions)
         self._kept = [i for i, p in enumerate(ports) if kept is None or p.name in kept]
         self._watched = [i for i, p in enumerate(ports) if ends_a_run(p, base.limits, used)]
         self._limits = np.array([largest_magnitude(ports[i], base.limits) for i in self._watched])

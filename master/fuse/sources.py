@@ -8,6 +8,7 @@ from importlib.resources import files
 from master.system.graph import Port
 
 from .c_text import without_functions
+from .events_c import EventWriter
 from .layout import Fused, FusedVariable, InnerVariable
 from .program_c import TickWriter, number, plan, quoted, read
 from .refusal import refuse_long_program
@@ -20,6 +21,10 @@ _NOT_OF_A_SYSTEM = (  # the parts of the wrapper that a system has in another fo
     "integrate.c",
     "integrate.h",
     "step.c",
+)
+_OF_EVENTS = (
+    "    Played played;",
+    "    double channels[N_CHANNELS > 0 ? N_CHANNELS : 1][N_CHANNEL_COLUMNS];",
 )
 _OF_FMI = ("access.", "derivative.", "fmi2", "fmi3", "saved_state.", "step.")
 _OF_A_MODEL = (
@@ -68,16 +73,19 @@ def _texts(fused: Fused, token: str) -> dict[str, str]:
     texts = _wrapper() | _c_files("c")
     if fused.has_foreign:
         texts = _that_opens(texts) | _c_files("c_foreign")
+    if fused.scenario.events:
+        texts |= _c_files("c_events")
     for model in fused.models:
         texts[f"{model.file}.h"] = model.header
         texts[f"{model.file}.c"] = model.source
     program = plan(fused)
     refuse_long_program(program)
     writer = TickWriter(fused, program)
+    events = EventWriter(fused, program.channel_of, program.place)
     texts["model_data.h"] = _sizes(fused, token)
     texts["model_variables.c"] = _tables(fused)
-    texts["memory.h"] = _memory(fused, writer)
-    texts["system.c"] = _system(fused, writer)
+    texts["memory.h"] = _memory(fused, writer, events)
+    texts["system.c"] = _system(fused, writer, events)
     return texts
 
 
@@ -186,10 +194,11 @@ def _row(v: FusedVariable) -> str:
     return f"    {{{', '.join(fields)}}},"
 
 
-def _memory(fused: Fused, writer: TickWriter) -> str:
+def _memory(fused: Fused, writer: TickWriter, events: EventWriter) -> str:
     """Type of all that a system holds; copied as bytes by whoever saves its state."""
     memory = writer.program.memory
     inners = fused.inners.values()
+    has_events = bool(fused.scenario.events)
     lines = [
         f"/* Generated from the system {_comment(fused.name)}; do not edit. */",
         "",
@@ -199,6 +208,8 @@ def _memory(fused: Fused, writer: TickWriter) -> str:
         "#include <stdint.h>",
         "",
         *(f'#include "{model.file}.h"' for model in fused.models),
+        *(["", *events.sizes(), "", '#include "events.h"'] if has_events else []),
+        *(["", *_sizes_of_foreign(fused)] if fused.has_foreign else []),
         "",
         "typedef struct {",
         *(f"    {i.model.prefix}Instance {i.member}; /* {_comment(i.name)} */" for i in inners),
@@ -206,6 +217,7 @@ def _memory(fused: Fused, writer: TickWriter) -> str:
         f"    double values[{max(memory.values.size, 1)}];",
         f"    double rings[{max(memory.rings.size, 1)}]; /* older values */",
         f"    int passes[{max(len(memory.loops), 1)}]; /* over iterated groups, in this tick */",
+        *(_OF_EVENTS if has_events else []),
         "    uint64_t tick;",
         "    double t0; /* s */",
         "    Text message; /* what an inner FMU said is wrong */",
@@ -217,13 +229,20 @@ def _memory(fused: Fused, writer: TickWriter) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _system(fused: Fused, writer: TickWriter) -> str:
+def _sizes_of_foreign(fused: Fused) -> Iterator[str]:
+    """How many FMUs are carried along, and whether all of them save their state."""
+    n_foreign = sum(inner.model.is_foreign for inner in fused.inners.values())
+    yield f"enum {{ N_FOREIGN = {n_foreign}, DO_FOREIGN_SAVE_STATE = {int(fused.saves_state)} }};"
+
+
+def _system(fused: Fused, writer: TickWriter, events: EventWriter) -> str:
     """Write `system.c`."""
     lines = [
         f"/* Generated from the system {_comment(fused.name)}; do not edit. */",
         "",
         '#include "schedule.h"',
         *(['#include "opened.h"'] if fused.has_foreign else []),
+        *(['#include "play.h"'] if fused.scenario.events else []),
         "",
     ]
     for model in fused.models:
@@ -236,8 +255,10 @@ def _system(fused: Fused, writer: TickWriter) -> str:
         ]
     if fused.has_foreign:
         lines += [*_opening(fused), ""]
+    if fused.scenario.events:
+        lines += [*events.tables(), ""]
     lines += [*writer.first_values(), ""]
-    lines += [*StartWriter(fused, writer.program.place).lines(), ""]
+    lines += [*StartWriter(fused, events).lines(), ""]
     lines += [*writer.steps(), *writer.tick()]
     return "\n".join(lines) + "\n"
 
@@ -256,6 +277,16 @@ def _opening(fused: Fused) -> Iterator[str]:
     yield "void system_close(Memory *memory) {"
     for inner in foreign:
         yield f"    {inner.model.prefix}close(&memory->{inner.member});"
+    yield "}"
+    yield ""
+    yield "Foreign *system_foreign(const Memory *memory, int number) {"
+    yield "    switch (number) {"
+    for i, inner in enumerate(foreign[1:], 1):
+        yield f"    case {i}:"
+        yield f"        return memory->{inner.member}.foreign;"
+    yield "    default:"
+    yield f"        return memory->{foreign[0].member}.foreign;"
+    yield "    }"
     yield "}"
 
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 
 from master.system.graph import Wire
 
+from .events_c import EventWriter
 from .foreign import ForeignModel
 from .layout import INPUT, OUTPUT, PARAMETER, STATE, Fused, Inner, InnerVariable
 from .program_c import carried, checked, number, quoted, read, written
@@ -14,9 +15,10 @@ from .program_c import carried, checked, number, quoted, read, written
 class StartWriter:
     """Writes the C that leads a system from its start values to its first row."""
 
-    def __init__(self, fused: Fused, place: Mapping[str, int]) -> None:
+    def __init__(self, fused: Fused, events: EventWriter) -> None:
         self.fused = fused
-        self.place = place
+        self.events = events
+        self.place = events.place
         self.inners = list(fused.inners.values())
         self.numbers = {wire.target.name: i for i, wire in enumerate(fused.system.wires)}
 
@@ -50,6 +52,7 @@ class StartWriter:
                 yield f"    memory->{v.inner.member}.now.values[{v.place}] = values[{i}];"
         for wire in self.fused.system.inlets:
             yield from self._handed_in(wire)
+        yield from self._overlaid()
         yield "}"
         yield ""
         yield "void system_take_parameters(Memory *memory, const double *values) {"
@@ -60,6 +63,7 @@ class StartWriter:
             yield f"    memcpy({own}.values, values + {first}, {n} * sizeof(double));"
             yield f"    {own}.is_unchecked = 1;"
             first += n
+        yield from self._overlaid()
         yield "}"
         yield ""
         yield "static void take_states(Memory *memory, const double *values) {"
@@ -73,6 +77,11 @@ class StartWriter:
             reference += n
         yield "}"
         yield ""
+
+    def _overlaid(self) -> Iterator[str]:
+        """What events set holds over what the importer set."""
+        if self.fused.scenario.events:
+            yield "    overlay(memory);"
 
     def _handed_in(self, wire: Wire) -> Iterator[str]:
         """Let an input of an FMU have what the importer set for the whole system."""
@@ -183,6 +192,8 @@ class StartWriter:
         yield "    memory->tick = 0;"
         yield "    memory->t0 = t0;"
         yield "    memset(memory->passes, 0, sizeof memory->passes);"
+        if self.fused.scenario.events:
+            yield from self.events.start()
         for inner in self.inners:
             yield f"    {inner.model.prefix}instance_reset(&memory->{inner.member});"
             if not inner.model.is_foreign:

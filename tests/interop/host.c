@@ -1,6 +1,6 @@
 /* A plain host: loads the library of an FMU, runs an experiment that stands in a text file, prints the outputs.
 
-   host VERSION LIBRARY TOKEN EXPERIMENT
+   host VERSION LIBRARY TOKEN EXPERIMENT [RESOURCES, as the version of FMI names them]
    experiment: n_set n_inputs n_outputs n_rows step
                r|i|b REFERENCE VALUE               (n_set lines: real, integer or enumeration, Boolean)
                references of the inputs, of the outputs
@@ -59,13 +59,14 @@ static void log3(fmi3InstanceEnvironment e, fmi3Status s, fmi3String c, fmi3Stri
 
 static const fmi2CallbackFunctions callbacks = {log2_, calloc, free, NULL, NULL};
 
-static void instantiate(int version, const char *token) {
+static void instantiate(int version, const char *token, const char *resources) {
     GET(fmi2Instantiate);
     GET(fmi3InstantiateCoSimulation);
     if (version == 2)
-        component = fmi2Instantiate("host", fmi2CoSimulation, token, "", &callbacks, fmi2False, fmi2False);
+        component = fmi2Instantiate("host", fmi2CoSimulation, token, resources ? resources : "", &callbacks,
+                                    fmi2False, fmi2False);
     else
-        component = fmi3InstantiateCoSimulation("host", token, NULL, false, false, false, false, NULL, 0, NULL,
+        component = fmi3InstantiateCoSimulation("host", token, resources, false, false, false, false, NULL, 0, NULL,
                                                 log3, NULL);
     if (!component)
         fail("instantiation");
@@ -174,7 +175,7 @@ static void run(int version) {
 }
 
 int main(int argc, char **argv) {
-    if (argc != 5)
+    if (argc != 5 && argc != 6)
         fail("reading the arguments");
     int version = atoi(argv[1]);
     open_library(argv[2]);
@@ -183,7 +184,7 @@ int main(int argc, char **argv) {
     experiment = fopen(argv[4], "r");
     if (!experiment)
         fail("opening the experiment");
-    instantiate(version, argv[3]);
+    instantiate(version, argv[3], argc == 6 ? argv[5] : NULL);
     run(version);
     GET(fmi2FreeInstance);
     GET(fmi3FreeInstance);

@@ -33,14 +33,14 @@ def in_peer(python: Path, script: str, given: Vectors, folder: Path, *more: str)
 
 
 def in_host(
-    command: list[str], library: Path, given: Vectors, folder: Path, **environment: str
+    command: list[str], library: Path, given: Vectors, folder: Path, *more: str, **environment: str
 ) -> np.ndarray:
     """Run the plain C host in the folder of its files, so that all paths are short and relative."""
     description = read_model_description(given.fmu)
     version = description.fmiVersion[0]
     token = description.guid if version == "2" else description.instantiationToken
     given.as_text(folder / "experiment.txt")
-    arguments = [*command, version, library.relative_to(folder).as_posix(), token, "experiment.txt"]
+    arguments = [*command, version, library.relative_to(folder).as_posix(), token, "experiment.txt", *more]
     environment = {**os.environ, **environment}
     done = subprocess.run(arguments, cwd=folder, capture_output=True, text=True, env=environment, check=False)
     assert done.returncode == 0, done.stderr

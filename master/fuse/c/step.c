@@ -58,6 +58,9 @@ bool instance_step(Instance *instance, double t, double h) {
     system_attach(memory);
     system_take_inputs(memory, data->values);
     for (long i = 0; i < n; i++) {
+#ifdef N_EVENTS
+        system_play(memory, data->values);
+#endif
         if (!system_tick(memory)) {
             data->phase = FAILED;
             return refuse_text(instance, &memory->message);

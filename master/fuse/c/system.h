@@ -15,6 +15,9 @@ bool system_start(Memory *memory, const double *values, double t0);
 void system_take_inputs(Memory *memory, const double *values);
 void system_take_parameters(Memory *memory, const double *values);
 
+/* Before each step, where there are events: begin and end what is due. */
+void system_play(Memory *memory, const double *values);
+
 /* One communication step of the system; false with a message in the memory. */
 bool system_tick(Memory *memory);
 

@@ -64,6 +64,7 @@ struct Foreign {
     bool is_lost; /* a fatal status: no more calls */
     void *state;  /* that was saved last */
     double *sent; /* by places: what the importer set last */
+    int n_kept;   /* states that the importer keeps */
     fmi2CallbackFunctions callbacks;
     Function *functions[N_FUNCTIONS];
     Function *setters[N_VALUE_TYPES];
@@ -72,8 +73,21 @@ struct Foreign {
     Text said;
 };
 
+struct ForeignState {
+    Foreign *foreign;
+    void *state;
+    double *sent;
+    bool is_new;
+    bool is_initialised;
+    bool has_failed;
+};
+
 static const char *name_of(const Foreign *foreign, FunctionName function) {
     return foreign->fmu->version == 2 ? NAMES_2[function] : NAMES_3[function];
+}
+
+const char *foreign_name(const Foreign *foreign) {
+    return foreign->fmu->name;
 }
 
 const char *foreign_said(const Foreign *foreign) {
@@ -311,6 +325,18 @@ static bool is_same(double one, double other) {
     return memcmp(&one, &other, sizeof one) == 0;
 }
 
+/* Number of places that the importer may set a value at, at least one. */
+static int n_places(const ForeignFmu *fmu) {
+    int n = 1;
+    for (int i = 0; i < fmu->n_starts; i++) {
+        n = fmu->starts[i].cell.place >= n ? fmu->starts[i].cell.place + 1 : n;
+    }
+    for (int i = 0; i < fmu->open.n; i++) {
+        n = fmu->open.at[i].place >= n ? fmu->open.at[i].place + 1 : n;
+    }
+    return n;
+}
+
 /* What the importer has set since the last time. */
 static bool set_open(Foreign *foreign, const double *values) {
     const ForeignCells open = foreign->fmu->open;
@@ -524,18 +550,6 @@ static bool load(Foreign *foreign, const char *resources) {
     return find_functions(foreign) && instantiate(foreign);
 }
 
-/* Number of places that the importer may set a value at, at least one. */
-static int n_places(const ForeignFmu *fmu) {
-    int n = 1;
-    for (int i = 0; i < fmu->n_starts; i++) {
-        n = fmu->starts[i].cell.place >= n ? fmu->starts[i].cell.place + 1 : n;
-    }
-    for (int i = 0; i < fmu->open.n; i++) {
-        n = fmu->open.at[i].place >= n ? fmu->open.at[i].place + 1 : n;
-    }
-    return n;
-}
-
 Foreign *foreign_open(const ForeignFmu *fmu, const char *resources, Text *message) {
     Foreign *foreign = calloc(1, sizeof *foreign);
     double *sent = calloc((size_t)n_places(fmu), sizeof *sent);
@@ -589,7 +603,7 @@ static bool renew(Foreign *foreign) {
     if (foreign->is_new) {
         return true;
     }
-    if (foreign->fmu->is_alone && foreign->component != NULL) {
+    if ((foreign->fmu->is_alone || foreign->n_kept > 0) && foreign->component != NULL) {
         foreign->is_initialised = false;
         foreign->has_failed = false;
         return call(foreign, RESET);
@@ -663,7 +677,10 @@ static bool step(Foreign *foreign, double *values, double t, double h) {
     return went_well(foreign, "fmi2DoStep", status) && get_cells(foreign, foreign->fmu->shown, values);
 }
 
-static bool save(Foreign *foreign) {
+static bool save(Foreign *foreign, const double *values) {
+    if (!set_open(foreign, values)) {
+        return false;
+    }
     const int status = (int)((fmi2GetFMUstateTYPE *)foreign->functions[GET_STATE])(foreign->component, &foreign->state);
     return went_well(foreign, name_of(foreign, GET_STATE), status);
 }
@@ -671,6 +688,33 @@ static bool save(Foreign *foreign) {
 static bool restore(Foreign *foreign) {
     const int status = (int)((fmi2SetFMUstateTYPE *)foreign->functions[SET_STATE])(foreign->component, foreign->state);
     return went_well(foreign, name_of(foreign, SET_STATE), status);
+}
+
+static bool keep(Foreign *foreign, ForeignState *kept) {
+    const int status = (int)((fmi2GetFMUstateTYPE *)foreign->functions[GET_STATE])(foreign->component, &kept->state);
+    if (!went_well(foreign, name_of(foreign, GET_STATE), status)) {
+        return false;
+    }
+    memcpy(kept->sent, foreign->sent, (size_t)n_places(foreign->fmu) * sizeof *kept->sent);
+    kept->is_new = foreign->is_new;
+    kept->is_initialised = foreign->is_initialised;
+    kept->has_failed = foreign->has_failed;
+    return true;
+}
+
+static bool bring_back(Foreign *foreign, const ForeignState *kept) {
+    if (foreign->is_lost) {
+        return fail(foreign, "no more calls after a fatal status");
+    }
+    const int status = (int)((fmi2SetFMUstateTYPE *)foreign->functions[SET_STATE])(foreign->component, kept->state);
+    if (!went_well(foreign, name_of(foreign, SET_STATE), status)) {
+        return false;
+    }
+    memcpy(foreign->sent, kept->sent, (size_t)n_places(foreign->fmu) * sizeof *kept->sent);
+    foreign->is_new = kept->is_new;
+    foreign->is_initialised = kept->is_initialised;
+    foreign->has_failed = kept->has_failed;
+    return true;
 }
 
 static bool begin(Foreign *foreign, double *values) {
@@ -711,10 +755,52 @@ bool foreign_step(Foreign *foreign, double *values, double t, double h) {
     IN_OUR_MODE(step(foreign, values, t, h));
 }
 
-bool foreign_save(Foreign *foreign) {
-    IN_OUR_MODE(save(foreign));
+bool foreign_save(Foreign *foreign, const double *values) {
+    IN_OUR_MODE(save(foreign, values));
 }
 
 bool foreign_restore(Foreign *foreign) {
     IN_OUR_MODE(restore(foreign));
+}
+
+bool foreign_keep(Foreign *foreign, ForeignState **kept) {
+    if (foreign->is_lost) {
+        return fail(foreign, "no more calls after a fatal status");
+    }
+    if (*kept == NULL) {
+        ForeignState *const made = calloc(1, sizeof *made);
+        double *const sent = calloc((size_t)n_places(foreign->fmu), sizeof *sent);
+        if (made == NULL || sent == NULL) {
+            free(made);
+            free(sent);
+            return fail(foreign, "out of memory");
+        }
+        made->foreign = foreign;
+        made->sent = sent;
+        foreign->n_kept++;
+        *kept = made;
+    }
+    IN_OUR_MODE(keep(foreign, *kept));
+}
+
+bool foreign_bring_back(Foreign *foreign, const ForeignState *kept) {
+    IN_OUR_MODE(bring_back(foreign, kept));
+}
+
+void foreign_forget(ForeignState **kept) {
+    ForeignState *const own = *kept;
+    if (own == NULL) {
+        return;
+    }
+    Foreign *const foreign = own->foreign;
+    if (own->state != NULL && !foreign->is_lost) {
+        fenv_t mode;
+        fegetenv(&mode);
+        ((fmi2FreeFMUstateTYPE *)foreign->functions[FREE_STATE])(foreign->component, &own->state);
+        fesetenv(&mode);
+    }
+    foreign->n_kept--;
+    free(own->sent);
+    free(own);
+    *kept = NULL;
 }

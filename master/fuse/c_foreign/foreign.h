@@ -69,6 +69,9 @@ typedef struct Foreign Foreign;
 Foreign *foreign_open(const ForeignFmu *fmu, const char *resources, Text *message);
 void foreign_close(Foreign *foreign);
 
+/* The name of its instance in the system. */
+const char *foreign_name(const Foreign *foreign);
+
 /* What is wrong after a function here returned false. */
 const char *foreign_said(const Foreign *foreign);
 
@@ -80,7 +83,15 @@ bool foreign_read_sources(Foreign *foreign, double *values);
 /* Leave initialisation mode. */
 bool foreign_begin(Foreign *foreign, double *values);
 bool foreign_step(Foreign *foreign, double *values, double t, double h);
-bool foreign_save(Foreign *foreign);
+/* Within a step, for iterated groups: what the importer has set is part of the state. */
+bool foreign_save(Foreign *foreign, const double *values);
 bool foreign_restore(Foreign *foreign);
+
+/* For the importer: the state of the FMU, and what is known of it here, into *kept, which is NULL or an earlier
+   one. An FMU of which states are kept is reset where others are made again. */
+typedef struct ForeignState ForeignState;
+bool foreign_keep(Foreign *foreign, ForeignState **kept);
+bool foreign_bring_back(Foreign *foreign, const ForeignState *kept);
+void foreign_forget(ForeignState **kept);
 
 #endif

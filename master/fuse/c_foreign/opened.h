@@ -9,5 +9,6 @@ Instance *opened(Instance *instance, const char *resources);
 /* Generated. */
 bool system_open(Memory *memory, const char *resources, Text *message);
 void system_close(Memory *memory);
+Foreign *system_foreign(const Memory *memory, int number); /* below N_FOREIGN */
 
 #endif

@@ -76,6 +76,9 @@ VISIBLE bool runs_make(Instance *instance, const double *start, double t0, int64
     system_record(memory, row);
     keep(row, kept, rows);
     while (ended->ticks < n && ended->beyond < 0) {
+#ifdef N_EVENTS
+        system_play(memory, instance->now.values);
+#endif
         if (!system_tick(memory)) {
             return false;
         }

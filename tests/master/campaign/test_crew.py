@@ -8,6 +8,7 @@ import signal
 import sys
 import threading
 import time
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -95,10 +96,10 @@ def test_runs_that_crash_hang_or_fail_have_their_status_and_the_others_go_on(wri
     assert found.statuses == {"completed": 4, "crashed": 2, "failed": 1, "timed_out": 1}
 
 
-@pytest.mark.long
-def test_a_worker_that_is_killed_costs_no_run_and_doubles_none(write, tmp_path):
-    plan = make_plan(write("{linspace: [-1.9, -0.1, 400]}"))
-    killed = []
+@contextmanager
+def killing(n: int):
+    """Kill n workers of this process at random moments; yields those that were killed."""
+    killed: list[str] = []
     children = Path(f"/proc/self/task/{os.getpid()}/children")
     of_other_tests = children.read_text().split()
     over = threading.Event()
@@ -110,23 +111,51 @@ def test_a_worker_that_is_killed_costs_no_run_and_doubles_none(write, tmp_path):
             workers = [
                 child for child in children.read_text().split() if child not in [*of_other_tests, *killed]
             ]
-            if workers and len(killed) < 20:
+            if workers and len(killed) < n:
                 os.kill(int(workers[0]), signal.SIGKILL)
                 killed.append(workers[0])
 
     thread = threading.Thread(target=kill)
     thread.start()
     try:
-        found = sweep(plan, tmp_path / "out", 2, page=False)
+        yield killed
     finally:
         over.set()
         thread.join()
+
+
+@pytest.mark.long
+def test_a_worker_that_is_killed_costs_no_run_and_doubles_none(write, tmp_path):
+    plan = make_plan(write("{linspace: [-1.9, -0.1, 400]}"))
+    with killing(20) as killed:
+        found = sweep(plan, tmp_path / "out", 2, page=False)
     table = rows(tmp_path / "out")
 
     assert len(killed) == 20
     assert 0 < found.restarts <= 20  # a worker that is killed when nothing is left to do is not replaced
     assert sorted(table["run"]) == list(range(400))
     assert set(table["status"]) == {"completed"}
+
+
+@pytest.mark.long
+def test_of_two_thousand_runs_those_that_crash_or_hang_have_their_status_while_workers_are_killed(
+    write, tmp_path
+):
+    p = np.linspace(-1.9, -0.1, 2000)
+    drawn = np.random.default_rng(23).permutation(2000)
+    p[drawn[:20]] = 2.0  # 1 % end their process
+    p[drawn[20:22]] = 3.0  # 0.1 % never return
+    plan = make_plan(write(f"{{values: {p.tolist()}}}", limit=5.0))
+    with killing(20) as killed:
+        found = sweep(plan, tmp_path / "out", 2, page=False)
+    table = rows(tmp_path / "out")
+    by_run = dict(zip(table["run"], table["status"], strict=True))
+
+    assert len(killed) == 20
+    assert found.statuses == {"completed": 1978, "crashed": 20, "timed_out": 2}
+    assert len(table["run"]) == len(by_run) == 2000
+    assert {run for run, status in by_run.items() if status == "crashed"} == {*drawn[:20].tolist()}
+    assert {run for run, status in by_run.items() if status == "timed_out"} == {*drawn[20:22].tolist()}
 
 
 def test_a_campaign_goes_on_where_it_ended_and_takes_no_other_campaign(write, tmp_path):

@@ -86,6 +86,24 @@ def test_rows_of_the_fused_form_are_those_of_the_fmus_to_the_bit_and_word(plan, 
     assert any(row.status == "diverged" and 10 < row.steps < 290 for row in rows)
 
 
+def test_rows_of_a_system_under_events_are_those_of_the_fmus_too(plan):
+    events = [
+        {"at": 0.05, "set": {"spacecraft.m_s": 1500.0}, "for": 0.05},
+        {"when": "contact.f_act > 20", "jitter": {"spacecraft.f": 3}, "seed": 5},
+        {"when": "spacecraft.s_des > -0.005", "set": {"contact.k_p": 5000.0}, "for": 0.01},
+    ]
+    planned = plan(VARY, {"events": events}, keep={"metrics": "all", "signals": "all"})
+    runs = range(planned.sample.n_runs)
+    stepper_of_form = Stepper(planned, fused_form(planned.base))
+    rows = [stepper_of_form.row(run) for run in runs]
+    apart = [Stepper(planned).row(run) for run in runs]
+
+    assert [told(row) for row in rows] == [told(row) for row in apart]
+    assert FUSED in {row.made for row in rows}
+    for one, other in zip(rows, apart, strict=True):
+        assert all(one.signals[n].tobytes() == other.signals[n].tobytes() for n in other.signals)
+
+
 def test_a_campaign_says_how_many_runs_were_fused_and_its_dataset_is_the_same(plan, tmp_path, monkeypatch):
     planned = plan({"spacecraft.m_s": {"values": np.linspace(900.0, 300.0, 40).tolist()}})
     few = sweep(planned, tmp_path / "apart", 1, page=False)
@@ -169,8 +187,6 @@ def test_what_keeps_a_campaign_from_the_fused_form_is_said(plan, monkeypatch):
     assert reason(plan(mass, design={"method": "random", "size": 10})) == fused.TOO_FEW
     guarded = plan(mass, {"stop_when": "spacecraft.v_des > 0.1"}, **many)
     assert reason(guarded) == "stop_when ends runs"
-    eventful = plan(mass, {"events": [{"at": 0.1, "set": {"force_sensor.sigma": 0.1}}]}, **many)
-    assert reason(eventful).startswith("events: a system as one FMU has no events")
     monkeypatch.setattr(shutil, "which", lambda name: None)
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     monkeypatch.setattr("master.fuse.runs.Draft.is_compiled", False)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.fft import prev_fast_len
 
-from master.evaluation.modes import _smooth, dominant_mode, modes, project
+from master.evaluation.modes import _largest_singular, _smooth, dominant_mode, modes, project
 
 STEP = 1e-3
 TIME = STEP * np.arange(5001)
@@ -83,3 +83,31 @@ def test_the_length_of_a_fast_transform_is_that_of_scipy():
     lengths = [*range(1, 400), 997, 1001, 9973, 10_001, 65_537]
 
     assert [_smooth(n) for n in lengths] == [prev_fast_len(n, real=True) for n in lengths]
+
+
+@pytest.mark.parametrize("n", [50, 120, 1000, 10_001])
+@pytest.mark.parametrize(
+    "rates", [[-0.002 + 0.1j, -0.002 - 0.1j], [0.003 + 0.2j, 0.003 - 0.2j, -0.05], [-0.01 + 0.3j]]
+)
+def test_amplitudes_by_given_poles_are_those_of_least_squares(n, rates):
+    poles = np.array(rates, dtype=complex)
+    y = np.random.default_rng(n).normal(size=n)
+    basis = np.exp(np.arange(n)[:, None] * poles)
+    weights = np.exp(-np.maximum(poles.real, 0.0) * (n - 1))
+    expected = np.linalg.lstsq(basis * weights, y.astype(complex), rcond=None)[0] * weights
+
+    assert project(y, 1.0, poles) == pytest.approx(expected, rel=1e-9, abs=1e-12 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("noise", [0.0, 1e-12, 1e-6, 1e-2])
+def test_the_largest_singular_values_and_their_directions_are_those_of_the_whole_matrix(noise):
+    t = np.arange(296)
+    y = np.exp(-0.002 * t) * np.cos(0.5 * t) + 1e-5 * np.exp(-0.01 * t) * np.sin(1.1 * t)
+    windows = np.lib.stride_tricks.sliding_window_view(
+        y + noise * np.random.default_rng(1).normal(size=296), 99
+    )
+    _, expected, right = np.linalg.svd(windows, full_matrices=False)
+    singular, found = _largest_singular(windows, 11)
+
+    assert singular[:4] == pytest.approx(expected[:4], rel=1e-9)
+    assert found[:4] @ right[:4].T @ right[:4] == pytest.approx(found[:4], abs=1e-7 if noise < 1e-5 else 1e-2)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -11,10 +12,12 @@ from fmpy import extract, read_model_description
 from fmpy.fmi2 import FMU2Slave
 from fmpy.fmi3 import FMU3Slave
 
+from fmu_sources.export import build
 from master.api import prepare_to_run
 from master.experiment.experiment import Experiment
 from master.experiment.prepare import Request
 from master.fuse.export import fused_fmu, fused_system
+from master.stepping.outcome import RunOptions
 from master.stepping.simulate import simulate
 
 GETTERS = {
@@ -91,6 +94,17 @@ class Host:
         shutil.rmtree(self.folder, ignore_errors=True)
 
 
+def bare(folder: Path, model: str) -> Path:
+    """Write a model of this project as the FMU of another tool, without its sources."""
+    path = folder / f"bare_{model}.fmu"
+    with zipfile.ZipFile(build.target(model).path) as archive, zipfile.ZipFile(path, "w") as copy:
+        for name in archive.namelist():
+            if not name.startswith("sources/"):
+                content = archive.read(name)
+                copy.writestr(name, content.replace(b"dockloop (native flavour)", b"another tool"))
+    return path
+
+
 def prepared(folder: Path, data: dict | str | Path, **request) -> Experiment:
     """Prepare a system: the name of a shipped one, or what its file would hold."""
     if isinstance(data, dict):
@@ -107,7 +121,8 @@ def exported(experiment: Experiment, folder: Path, version: str = "2.0") -> Path
 
 
 def expected_rows(experiment: Experiment):
-    result = simulate(experiment.system, experiment.schedule, experiment.grid).result
+    options = RunOptions(scenario=experiment.scenario)
+    result = simulate(experiment.system, experiment.schedule, experiment.grid, options=options).result
     return list(result.names), np.ascontiguousarray(result.values)
 
 

@@ -70,3 +70,36 @@ def with_conversions() -> dict:
     )
     data["connections"].append({"from": "contact.f_act", "to": "other.f", "delay": 2})
     return data
+
+
+EVENTS = {
+    "values at times, one over another": [
+        {"at": 0.02, "set": {"spacecraft.m_s": 300}, "for": 0.05},
+        {"at": 0.05, "set": {"spacecraft.m_s": 1500}, "for": 0.1},
+        {"at": 0.0, "set": {"free.f": -7.5}},
+        {"at": 0.0601, "set": {"free.f": 4, "free.m_s": 12}, "for": 0.0405},
+    ],
+    "faults of connections": [
+        {"at": 0.03, "offset": {"contact.s_act": 0.002}, "for": 0.02},
+        {"at": 0.04, "delay": {"spacecraft.f": 4}, "for": 0.05},
+        {"at": 0.045, "freeze": "motion_simulator.s_cmd", "for": 0.012},
+        {"at": 0.1, "drop": ["spacecraft.f"], "for": 0.01},
+        {"at": 0.02, "jitter": {"contact.v_act": 5}, "seed": 77},
+        {"at": 0.13, "jitter": {"contact.v_act": 2}, "seed": 3, "for": 0.01},
+    ],
+    "under conditions": [
+        {"when": "contact.f_act > 20", "set": {"contact.k_p": 20000}, "for": 0.03},
+        {"when": "spacecraft.s_des > -0.009", "jitter": {"force_sensor.f_act": 3}},
+        {"when": "motion_simulator.s_act < -0.005", "set": {"free.f": 3}, "for": 0.01},
+        {"at": 0.09, "offset": {"spacecraft.f": 5.0}},
+    ],
+}
+
+
+def with_events(events, order=None, wires=None) -> dict:
+    """The loop and a free spacecraft under events; some wires are delayed and extrapolated."""
+    return loop(
+        order or [*MEMBERS, "free"],
+        wires={0: {"delay": 2}, 3: {"extrapolation": 1}} if wires is None else wires,
+        free={"source": "spacecraft", "parameters": {"m_s": 3}, "start": {"f": 2.0}},
+    ) | {"events": events}

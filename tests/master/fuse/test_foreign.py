@@ -21,8 +21,8 @@ from master.fuse.description import describe_fmi2
 from master.fuse.export import fused_system
 from tests.conformance.material import FOLDER
 from tests.foreign.build import FOLDERS, HERE, compile_c, describe_2, describe_3, write_fmu
-from tests.master.fuse.fused_run import Host, assert_same_bits, expected_rows, exported, prepared
-from tests.master.fuse.systems import COUPLINGS, MEMBERS, loop
+from tests.master.fuse.fused_run import Host, assert_same_bits, bare, expected_rows, exported, prepared
+from tests.master.fuse.systems import COUPLINGS, EVENTS, MEMBERS, loop, with_events
 
 WIRES = [
     ("noise.f_mea", "two.Real_in"),
@@ -91,21 +91,10 @@ def host(fused):
     host.end()
 
 
-def bare(folder, model: str):
-    """Write a model of this project as the FMU of another tool, without its sources."""
-    path = folder / f"bare_{model}.fmu"
-    with zipfile.ZipFile(build.target(model).path) as archive, zipfile.ZipFile(path, "w") as copy:
-        for name in archive.namelist():
-            if not name.startswith("sources/"):
-                content = archive.read(name)
-                copy.writestr(name, content.replace(b"dockloop (native flavour)", b"another tool"))
-    return path
-
-
 pytestmark = [pytest.mark.slow, pytest.mark.long]
 
 
-def test_it_is_valid_and_says_that_it_keeps_no_states(fused):
+def test_it_is_valid_and_says_that_it_keeps_no_states_as_not_all_can(fused):
     description = read_description(fused)
 
     assert validate_fmu(str(fused)) == []
@@ -284,6 +273,76 @@ def test_fmus_of_another_tool_that_save_their_state_are_iterated_with_the_bits_o
     experiment = prepared(tmp_path, data | {"fmus": fmus})
 
     assert_same_bits(experiment, exported(experiment, tmp_path))
+
+
+@pytest.fixture(scope="module")
+def bare_loop(tmp_path_factory):
+    """The loop under events, two of its FMUs of another tool that save their state."""
+    folder = tmp_path_factory.mktemp("bare")
+    events = [event for events in EVENTS.values() for event in events]
+    order = [{"iterate": MEMBERS, "tolerance": 1e-9, "maximum": 80}, "free"]
+    data = with_events(events, order, wires={})
+    for name in ("spacecraft", "contact", "free"):
+        data["fmus"][name]["source"] = str(bare(folder, data["fmus"][name]["source"]))
+    return prepared(folder, data)
+
+
+@pytest.mark.parametrize("version", ["2.0", "3.0"])
+def test_events_in_carried_fmus_have_the_bits_of_run(bare_loop, tmp_path, version):
+    assert_same_bits(bare_loop, exported(bare_loop, tmp_path, version))
+
+
+@pytest.mark.parametrize("version", ["2.0", "3.0"])
+def test_states_of_carried_fmus_that_save_theirs_bring_back_every_later_row(bare_loop, tmp_path, version):
+    fmu = exported(bare_loop, tmp_path, version)
+    names, values = expected_rows(bare_loop)
+    h = bare_loop.grid.step_size
+    host = Host(fmu).start()
+    save, restore, forget = (
+        (host.fmu.getFMUstate, host.fmu.setFMUstate, host.fmu.freeFMUstate)
+        if host.is_2
+        else (host.fmu.getFMUState, host.fmu.setFMUState, host.fmu.freeFMUState)
+    )
+    host.rows(names, 33, h)
+    early = save()
+    host.rows(names, 30, h, 33 * h)
+    late = save()
+    from_late = host.rows(names, 50, h, 63 * h)
+    restore(early)
+    from_early = host.rows(names, 80, h, 33 * h)
+    restore(late)
+    again = host.rows(names, 50, h, 63 * h)
+    host.fmu.reset()
+    anew = host.start().rows(names, 60, h)
+    restore(early)
+    after_reset = host.rows(names, 80, h, 33 * h)
+    forget(early)
+    forget(late)
+    description = read_description(fmu)
+    host.end()
+
+    assert validate_fmu(str(fmu)) == []
+    assert description.can_get_and_set_state
+    assert not description.can_serialise_state
+    assert from_late.tobytes() == values[63:114].tobytes()
+    assert from_early.tobytes() == values[33:114].tobytes()
+    assert again.tobytes() == from_late.tobytes()
+    assert anew.tobytes() == values[:61].tobytes()
+    assert after_reset.tobytes() == from_early.tobytes()
+
+
+def test_a_state_of_another_instance_is_refused(bare_loop, tmp_path):
+    fmu = exported(bare_loop, tmp_path, "3.0")
+    one, other = Host(fmu, "one").start(), Host(fmu, "other").start()
+    state = one.fmu.getFMUState()
+    with pytest.raises(FMICallException):
+        other.fmu.setFMUState(state)
+    said = other.messages[-1]
+    one.fmu.freeFMUState(state)
+    one.end()
+    other.end()
+
+    assert said.startswith("FMU state: got none of this instance")
 
 
 def test_the_command_carries_it_and_refuses_other_platforms_by_name(folder, tmp_path):

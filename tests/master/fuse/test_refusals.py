@@ -21,11 +21,15 @@ def refused(folder, data) -> list[str]:
     return json.loads(done.stdout)["problems"]
 
 
-def test_events_are_refused(tmp_path):
-    data = loop(MEMBERS) | {"events": [{"at": 0.1, "set": {"spacecraft.m_s": 700}}]}
+def test_an_event_that_sets_what_an_input_of_the_system_leads_to_is_refused(tmp_path):
+    data = loop(MEMBERS, free={"source": "spacecraft"})
+    data["coupling"]["order"] = [*MEMBERS, "free"]
+    data["connectors"] = {"whole.u": {"kind": "input", "type": "real"}}
+    data["connections"].append({"from": "whole.u", "to": "free.f"})
+    data["events"] = [{"at": 0.1, "set": {"whole.u": 3.0}}]
 
     [problem] = refused(tmp_path, data)
-    assert problem.startswith("events: a system as one FMU has no events")
+    assert problem.startswith("events[0]: an event that sets an input of the system itself, got free.f")
 
 
 def test_connectors_that_an_fmu_cannot_have_are_refused_by_name(tmp_path):
