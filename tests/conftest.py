@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.forked_coverage import count_forked_processes
 from tests.systems.browser import Browser, opened
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before numpy, as the command has it
@@ -23,10 +24,8 @@ NOT_MEASURED = [  # Python models and runs alike, whose lines others cover
         "foreign/test_sandboxed_fmus.py",
         "fuzz",
         "interop",
-        "master/campaign/test_crew.py",
         "master/cli/test_signals.py",
         "master/runs/test_resume.py",
-        "master/stepping/test_apart.py",
         "oracles",
         "reliability",
         "rig",
@@ -55,6 +54,8 @@ LONGEST_FIRST = [  # a file runs in one process, so a long one must not begin wh
 
 def pytest_configure(config: pytest.Config) -> None:
     config.option.loadscopereorder = False  # pytest-xdist: by the number of tests, which says little
+    if config.pluginmanager.has_plugin("_cov"):
+        count_forked_processes()
 
 
 def _rank(item: pytest.Item) -> int:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
+from .. import bill_of_materials
 from ..composed.registry import is_released, load, model_files
 from ..framework.model import Model
 from .build import release_path
@@ -44,13 +45,21 @@ def _entry(model: Model, file: Path, recorded: Entry | None) -> Entry:
 
 
 def write_release(files: dict[Path, bytes], entries: dict[str, Entry], folder: Path = FMU_FOLDER) -> None:
-    """Put a release in its place, with its manifest."""
-    for path, content in files.items():
+    """Put a release in its place, with its manifest and its bill of materials."""
+    for path, content in _with_lists(files, entries, folder).items():
         write_whole(path, content)
-    write_whole(folder / NAME, manifest(files, entries, folder))
 
 
 def differences(files: dict[Path, bytes], entries: dict[str, Entry], folder: Path = FMU_FOLDER) -> list[Path]:
     """Paths whose committed bytes are not those of the build."""
-    built = files | {folder / NAME: manifest(files, entries, folder)}
+    built = _with_lists(files, entries, folder)
     return [p for p, content in built.items() if not p.is_file() or p.read_bytes() != content]
+
+
+def _with_lists(files: dict[Path, bytes], entries: dict[str, Entry], folder: Path) -> dict[Path, bytes]:
+    fmus = {path.relative_to(folder).as_posix(): content for path, content in files.items()}
+    return {
+        **files,
+        folder / NAME: manifest(files, entries, folder),
+        folder / bill_of_materials.NAME: bill_of_materials.bill_of_materials(fmus),
+    }

@@ -33,7 +33,11 @@ from .console import STDERR
     metavar="DIR",
     help="Folder for the FMUs of models given by path; the present one by default.",
 )
-@click.option("--release", is_flag=True, help="Build all subsystems for all platforms into fmus/.")
+@click.option(
+    "--release",
+    is_flag=True,
+    help="Build all subsystems for all platforms into fmus/, with a bill of materials.",
+)
 @click.option(
     "--check", "only_check", is_flag=True, help="Write nothing; fail if an FMU is missing or stale."
 )

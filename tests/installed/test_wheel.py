@@ -1,9 +1,8 @@
-"""What a stranger does with the wheel: run, build, diagnose, reproduce, tutorials; no more is written."""
+"""What a stranger does with the wheel: run, build, diagnose, reproduce; no more is written."""
 
 from __future__ import annotations
 
 import json
-import os
 import shutil
 import subprocess
 import sys
@@ -13,13 +12,11 @@ from pathlib import Path
 
 import pytest
 
-from tests.docs.followed import follow
-from tests.installed.conftest import NOBODY, Archives, Stranger
+from tests.installed.conftest import Archives, Stranger
 
 pytestmark = pytest.mark.long
 
 PROJECT = Path(__file__).parents[2]
-TUTORIALS = sorted((PROJECT / "docs" / "tutorials").glob("*.md"))
 
 SPRING = '''\
 """A spring: f = k x."""
@@ -173,19 +170,3 @@ def test_a_checkout_that_cannot_be_written_runs(stranger: Stranger, readable_fol
 
     assert done.returncode == 0, done.stderr
     assert sorted(checkout.rglob("*")) == before
-
-
-@pytest.mark.parametrize("path", TUTORIALS, ids=lambda path: path.stem)
-def test_a_tutorial_runs_word_by_word(stranger: Stranger, path: Path) -> None:
-    folder = stranger.folder / path.stem
-    folder.mkdir()
-    if os.geteuid() == 0:
-        os.chown(folder, NOBODY, NOBODY)
-
-    follow(
-        path,
-        folder,
-        lambda program, *arguments: stranger.run(
-            str(stranger.python.parent / program), *arguments, cwd=folder
-        ),
-    )

@@ -6,6 +6,7 @@ import fcntl
 import hashlib
 import subprocess
 import sys
+import sysconfig
 from collections.abc import Callable
 from pathlib import Path
 
@@ -22,6 +23,7 @@ PROJECT = Path(__file__).parents[2]
 PEERS = ("ecospy>=0.7.2,<0.8", "libcosimpy>=0.0.6,<0.1")
 PATHSIM = ("pathsim>=0.27,<0.28", "pathsim-fmi>=0.1.1,<0.2")
 COFMPY = ("cofmupy>=1.0,<1.1",)
+OURS = sysconfig.get_path("purelib")
 FLAVOURS = {"2.0": "native", "3.0": "fmi3"}
 
 
@@ -49,16 +51,22 @@ def given(request: pytest.FixtureRequest, compensators: dict[str, Vectors]) -> V
 
 
 def python_with(packages: tuple[str, ...]) -> Path:
-    """Python of an environment of its own for tools whose requirements clash with ours; made once."""
-    about = hashlib.sha256(repr((packages, sys.version_info)).encode()).hexdigest()[:12]
+    """
+    Python of an environment of its own for tools whose requirements clash with ours; made once.
+
+    What it does not have it takes from the environment of the tests, so only what clashes is installed anew.
+    """
+    about = hashlib.sha256(repr((packages, OURS, sys.version_info)).encode()).hexdigest()[:12]
     folder = PROJECT / "build" / f"peers-{about}"
     folder.mkdir(parents=True, exist_ok=True)
     with (folder / "lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)  # test processes side by side make it once
         if not (folder / "complete").exists():
             subprocess.run([sys.executable, "-m", "venv", "--clear", str(folder / "venv")], check=True)
-            pip = [folder / "venv" / "bin" / "python", "-m", "pip", "install", "-q", *packages]
-            done = subprocess.run(pip, check=False)
+            [theirs] = (folder / "venv").glob("lib/python*/site-packages")
+            (theirs / "ours.pth").write_text(f"{OURS}\n", encoding="utf-8")  # found after their own
+            pip = [folder / "venv" / "bin" / "python", "-m", "pip", "install", "-q", "--no-cache-dir"]
+            done = subprocess.run([*pip, *packages], check=False)
             require(done.returncode == 0, "a package registry that has " + ", ".join(packages))
             (folder / "complete").touch()
     return folder / "venv" / "bin" / "python"

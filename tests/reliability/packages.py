@@ -3,7 +3,6 @@ What the package is made of and depends on.
 
     python -m tests.reliability.packages wheel            build it twice; the bytes are the same
     python -m tests.reliability.packages bill FILE        write a bill of materials (CycloneDX 1.5, JSON)
-    python -m tests.reliability.packages oldest|newest    install the bounds of pyproject.toml, try it
 """
 
 from __future__ import annotations
@@ -23,49 +22,24 @@ from typing import Any
 
 PROJECT = Path(__file__).parents[2]
 EPOCH = "1577836800"  # 2020-01-01, of files whose time would be that of the checkout
-TOOLS = ("pytest>=8", "pytest-cov>=5", "hypothesis>=6.100")
-CAMPAIGN = "campaign.yaml"
-FEW_RUNS = """\
-name: few
-description: A few runs
-system: low_frequency
-vary:
-  force_sensor.T_f: {uniform: [8, 12], unit: ms}
-design: {method: sobol, size: 4, seed: 1}
-"""
-TRIED = (
-    ("check", "low_frequency"),
-    ("run", "low_frequency", "--stop-time", "1", "--page"),
-    ("run", "low_frequency", "--stop-time", "0.1", "--isolate", "all"),
-    ("analyse", "low_frequency"),
-    ("sweep", CAMPAIGN, "--workers", "1"),
-    ("diagnose", "configs/measured/first_case.yaml"),
-)
-SAMPLE = (
-    "tests/dockloop/test_simulation.py",
-    "tests/master/campaign/test_answers.py",
-    "tests/master/recording",
-    "tests/master/diagnosis/numerics",
-    "tests/reliability/test_memory.py",
-)
 _REQUIREMENT = re.compile(r"(?P<name>[A-Za-z0-9._-]+)(?:\[[^]]*\])?(?P<bounds>[^;]*)(?P<marker>;.*)?")
 
 
-def requirements() -> list[tuple[str, str]]:
-    """Return name and bounds of each dependency of a run."""
+def requirements(extra: str | None = None) -> list[tuple[str, str]]:
+    """Return name and bounds of each dependency of a run, or of an extra."""
     project = tomllib.loads((PROJECT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     found = []
-    for line in project["dependencies"]:
+    for line in project["dependencies"] if extra is None else project["optional-dependencies"][extra]:
         match = _REQUIREMENT.fullmatch(line)
         assert match is not None, line
         found.append((match["name"], match["bounds"]))
     return found
 
 
-def oldest() -> list[str]:
-    """Return the lower bound of each dependency, with the repairs that it got, as what to install."""
+def oldest(bounded: list[tuple[str, str]]) -> list[str]:
+    """Return the lower bound of each dependency, with the repairs that it got, as a constraint of pip."""
     found = []
-    for name, bounds in requirements():
+    for name, bounds in bounded:
         least = re.search(r">=([0-9.]+)", bounds)
         assert least is not None, f"{name} has no lower bound"
         parts = least[1].split(".")
@@ -138,30 +112,6 @@ def _licence(one: Distribution) -> str:
     return named or (one.metadata.get("License") or "not stated").splitlines()[0][:80]
 
 
-def tried_with(packages: list[str], *options: str) -> None:
-    """Install versions in an environment of their own; there run commands and a sample of the tests."""
-    with tempfile.TemporaryDirectory(prefix="dockloop-") as place:
-        python = Path(place) / "bin" / "python"
-        subprocess.run([sys.executable, "-m", "venv", place], check=True)
-        install = [str(python), "-m", "pip", "install", *options, f"{PROJECT}[native]", *packages, *TOOLS]
-        subprocess.run(install, check=True)
-        listed = [str(python), "-m", "pip", "list", "--format=freeze"]
-        found = subprocess.run(listed, check=True, capture_output=True, text=True).stdout
-        names = {name.lower() for name, _ in requirements()}
-        versions = [line for line in found.splitlines() if line.partition("==")[0].lower() in names]
-        sys.stdout.write(f"{', '.join(versions)}\n")
-        sys.stdout.flush()
-        campaign = Path(place) / CAMPAIGN
-        campaign.write_text(FEW_RUNS, encoding="utf-8")
-        for i, (name, *arguments) in enumerate(TRIED):
-            given = [str(campaign) if one == CAMPAIGN else one for one in arguments]
-            output = ["--output", str(Path(place) / f"results-{i}")] if name != "check" else []
-            command = [str(python), "-m", "master", name, *given, *output]
-            subprocess.run(command, cwd=PROJECT, check=True)
-        tests = [str(python), "-m", "pytest", "-q", "-p", "no:cacheprovider", *SAMPLE]
-        subprocess.run(tests, cwd=PROJECT, check=True)
-
-
 if __name__ == "__main__":
     what = sys.argv[1] if sys.argv[1:] else ""
     if what == "wheel":
@@ -171,9 +121,5 @@ if __name__ == "__main__":
         sys.exit(len(digests) - 1)
     if what == "bill" and sys.argv[2:]:
         Path(sys.argv[2]).write_text(json.dumps(bill_of_materials(), indent=2) + "\n", encoding="utf-8")
-    elif what == "oldest":
-        tried_with(oldest())
-    elif what == "newest":
-        tried_with([], "--upgrade", "--upgrade-strategy", "eager")
     else:
         sys.exit(__doc__)

@@ -219,7 +219,6 @@ def test_the_command_prints_what_it_did_and_writes_a_page_with_commands_that_rep
     assert np.isclose(max(y for y in rows(out)["y"] if y is not None), 1.5)
 
 
-@pytest.mark.long
 def test_a_tuned_campaign_ends_at_the_bound_that_a_constraint_sets(write, tmp_path):
     (tmp_path / "own.py").write_text(
         "def miss(time, signals):\n    return (signals['rude.y'][-1] - 1.2) ** 2\n"

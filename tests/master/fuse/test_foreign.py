@@ -91,7 +91,7 @@ def host(fused):
     host.end()
 
 
-pytestmark = [pytest.mark.slow, pytest.mark.long]
+pytestmark = pytest.mark.slow
 
 
 def test_it_is_valid_and_says_that_it_keeps_no_states_as_not_all_can(fused):
@@ -161,6 +161,7 @@ def test_an_input_that_the_type_of_a_carried_fmu_does_not_hold_is_refused(host):
         assert host.messages == ["three: value does not fit Int16, got 40000.0"]
 
 
+@pytest.mark.long
 def test_instances_share_nothing_and_a_reset_one_repeats_its_run(experiment, fused):
     names = ["two.Real_out", "three.Float64_out", "two.Integer_out"]
     one, other = Host(fused, "one"), Host(fused, "other")
@@ -218,6 +219,7 @@ static void take_value(Fmu *c, const char *resources) {
 void *fmi2Instantiate("""
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("version", ["2.0", "3.0"])
 def test_a_carried_fmu_reads_its_own_resources_wherever_a_host_unpacks_them(version, tmp_path, monkeypatch):
     text = (HERE / "types2.c").read_text(encoding="utf-8")
@@ -245,6 +247,7 @@ def test_a_carried_fmu_reads_its_own_resources_wherever_a_host_unpacks_them(vers
 
 
 @pytest.mark.skipif(not FOLDER.is_dir(), reason=f"DOCKLOOP_FOREIGN: no such folder, got {FOLDER}")
+@pytest.mark.long
 def test_the_fmus_of_mastersims_suite_have_the_bits_of_run(tmp_path):
     folder = FOLDER / "mastersim" / "Math_003" / "fmus"
     data = {
@@ -265,6 +268,7 @@ def test_the_fmus_of_mastersims_suite_have_the_bits_of_run(tmp_path):
     assert_same_bits(experiment, exported(experiment, tmp_path))
 
 
+@pytest.mark.long
 def test_fmus_of_another_tool_that_save_their_state_are_iterated_with_the_bits_of_run(tmp_path):
     data = COUPLINGS["iterated"]
     fmus = {n: dict(entry) for n, entry in data["fmus"].items()}
@@ -287,11 +291,13 @@ def bare_loop(tmp_path_factory):
     return prepared(folder, data)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("version", ["2.0", "3.0"])
 def test_events_in_carried_fmus_have_the_bits_of_run(bare_loop, tmp_path, version):
     assert_same_bits(bare_loop, exported(bare_loop, tmp_path, version))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("version", ["2.0", "3.0"])
 def test_states_of_carried_fmus_that_save_theirs_bring_back_every_later_row(bare_loop, tmp_path, version):
     fmu = exported(bare_loop, tmp_path, version)
@@ -331,6 +337,7 @@ def test_states_of_carried_fmus_that_save_theirs_bring_back_every_later_row(bare
     assert after_reset.tobytes() == from_early.tobytes()
 
 
+@pytest.mark.long
 def test_a_state_of_another_instance_is_refused(bare_loop, tmp_path):
     fmu = exported(bare_loop, tmp_path, "3.0")
     one, other = Host(fmu, "one").start(), Host(fmu, "other").start()
@@ -345,6 +352,7 @@ def test_a_state_of_another_instance_is_refused(bare_loop, tmp_path):
     assert said.startswith("FMU state: got none of this instance")
 
 
+@pytest.mark.long
 def test_the_command_carries_it_and_refuses_other_platforms_by_name(folder, tmp_path):
     path = folder / "command.yaml"
     path.write_text(yaml.safe_dump(mixed()), encoding="utf-8")
@@ -401,6 +409,7 @@ def test_connections_and_start_values_of_arrays_are_refused_by_name(folder):
     assert wire.startswith("fmus.three: an array of an FMU that is carried along, got a[1,1]")
 
 
+@pytest.mark.long
 def test_a_campaigns_runs_have_no_fused_form_with_it(tmp_path):
     changed = tmp_path / "changed.fmu"
     with (
