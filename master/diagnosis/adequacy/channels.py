@@ -17,6 +17,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from master.diagnosis.numerics.arrays import TINY, Array, Integers, Mask
+from master.diagnosis.numerics.evenness import chance_of_unevenness
 from master.diagnosis.numerics.folds import NO_SHARE, Folds, Share, share_of
 from master.diagnosis.numerics.noise_floor import (
     Colour,
@@ -44,6 +45,7 @@ ROUNDING = (
 )
 WITHIN_FLOOR = 1.3  # rms over the noise floor, up to which nothing but noise is left
 MANY_FLOORS = 3.5  # rms over the noise floor, that no nuisance makes
+UNEVEN = 1e-4  # probability that noise, of whatever colour, is as uneven in time
 HIGHEST = 0.06  # of the sampling rate: frequency of a line
 MOST_LINES = 8  # signals that may be modulated
 DRAWS = 3  # replays with noise on what drives the part
@@ -94,7 +96,7 @@ class Adequacy:
     the model, both in the channel's unit. `predictors` are all regressors, the best first. `events` are the
     times [s] of windows that hold most of the power, where few do; `strikes` those of windows that set off
     what rings on, where more is left than noise makes. `has_steps`: the channel or what drives it is rounded
-    to the steps of a converter.
+    to the steps of a converter. `chance` is the probability that noise is as uneven in time as what is left.
     """
 
     signal: str
@@ -106,6 +108,7 @@ class Adequacy:
     events: tuple[float, ...] = ()
     strikes: tuple[float, ...] = ()
     has_steps: bool = False
+    chance: float = 1.0
 
     @property
     def noise(self) -> float:
@@ -155,9 +158,14 @@ class Adequacy:
         return all(p.share.value < PREDICTABLE for p in self.predictors)
 
     @property
+    def is_uneven(self) -> bool:
+        """Whether what is left is above the floor, and less even in time than noise of any colour."""
+        return not self.is_within_floor and self.chance < UNEVEN
+
+    @property
     def is_above_floor(self) -> bool:
         """Whether more is left than noise of any colour makes."""
-        return self.ratio > MANY_FLOORS or bool(self.events)
+        return self.ratio > MANY_FLOORS or bool(self.events) or self.is_uneven
 
     @property
     def is_adequate(self) -> bool:
@@ -274,11 +282,20 @@ class Judge:
             events=self._times(events(left, self.rows, self._window)),
             has_steps=self.floors[i].step > 0.0 or self.is_driven_in_steps,
         )
-        if found.ratio < MANY_FLOORS:
+        if found.is_within_floor:
+            return found
+        found = replace(found, chance=self._chance(left))
+        if found.ratio < MANY_FLOORS and not found.is_uneven:
             return found
         tried = (max(1, round(time / bench.row_period)) for time in AVERAGED)
         set_off = (self._times(strikes(left, self.rows, self._window, every)) for every in tried)
         return replace(found, strikes=next(filter(None, set_off), ()))
+
+    def _chance(self, left: Array) -> float:
+        """Probability that noise is as uneven as a residual (rows,), but for hum."""
+        highest = HIGHEST / self.study.bench.row_period
+        quiet = without_mains(left, self.recorded.times, self.folds.rows, highest=highest)
+        return chance_of_unevenness(quiet, self.rows)
 
     def _predictors(self, i: int, left: Array, *, thorough: bool) -> list[Predictor]:
         folds = self.folds

@@ -65,12 +65,22 @@ def _claim(part: PartResult, sealed: SealedPart, placed: PlacedEffect) -> Claim:
         return Claim(placed, Status.NEAREST, "a law without a name explains more")
     if str(placed) in part.objections:
         return Claim(placed, Status.NEAREST, part.objections[str(placed)])
+    vague = next((c for c in part.final.channels if _is_vague(c)), None)
+    if vague is not None:
+        why = f"what is left in {vague.signal} is no noise, and nothing recorded says what it is"
+        return Claim(placed, Status.NEAREST, why)
     if any(str(placed) in family for family in part.families):
         return Claim(placed, Status.ONE_OF_A_CLASS, "other members of its class explain it equally well")
     rest = _same_shape(part, placed)
     if rest is not None:
         return Claim(placed, Status.NEAREST, f"what is left follows {rest}")
     return Claim(placed, Status.TRACED)
+
+
+def _is_vague(channel: Adequacy) -> bool:
+    """Whether what is left is no noise, and nothing tells that it is of another law than the one named."""
+    is_elsewhere = channel.is_predictable or channel.events or channel.strikes
+    return channel.is_uneven and not is_elsewhere
 
 
 def _same_shape(part: PartResult, placed: PlacedEffect) -> Predictor | None:
@@ -118,6 +128,8 @@ def shape(channel: Adequacy) -> str:
     left = f"{channel.ratio:.3g} times the noise floor in {channel.signal}"
     if not channel.is_predictable:
         kind = channel.colour.words
+        if channel.is_uneven:
+            kind = f"{kind}, but no noise: its size differs from time to time"
         if channel.strikes:
             kind = f"intermittent: it is set off around {_times(channel.strikes)}, and rings on"
         if channel.events:

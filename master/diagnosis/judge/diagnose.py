@@ -222,7 +222,8 @@ def _searched(begun: PartResult, system: CutSystem, case: Case, deadline: Deadli
             judge = Judge(study, begun.base.values, begun.base.predicted)
             refit = Stage(REFIT, judge.judge(begun.base.predicted, thorough=False))
             return replace(begun, stages=(refit,), software_fault=fault)
-        why = unknown_rows(study, begun.base.values, begun.base.predicted)
+        taken_off = {name: s.minus for name, s in case.signals.items() if s.minus is not None}
+        why = unknown_rows(study, begun.base.values, begun.base.predicted, taken_off)
         if fault is not None and why:
             return replace(begun, unknown=why)
         begun = replace(begun, software_fault=fault)

@@ -85,6 +85,22 @@ def test_a_name_with_a_remainder_in_another_place_is_partly():
     assert judged(own, sealed(SPRING)) is Verdict.PARTLY
 
 
+def test_a_name_that_leaves_what_is_no_noise_and_follows_nothing_is_the_nearest_name():
+    """It is less even in time than noise; within the floor, or where it strikes at some times, it is not."""
+    rest = replace(channel(0.01, ratio=1.9), chance=1e-7)
+    own = part([FRICTION], after=rest)
+    of_class = part([FRICTION], after=rest, families=[(str(FRICTION), "contact.guide_force: dahl")])
+    noise = part([FRICTION], after=replace(rest, chance=0.01))
+    elsewhere = part([FRICTION], after=replace(rest, strikes=(1.25, 7.5)))
+
+    assert status(own, sealed(FRICTION)) == [Status.NEAREST]
+    assert status(of_class, sealed(FRICTION)) == [Status.NEAREST]
+    assert judged(own, sealed(FRICTION)) is Verdict.UNDECLARED
+    assert "no noise: its size differs from time to time" in shape(rest)
+    assert judged(noise, sealed(FRICTION)) is Verdict.TRACED
+    assert judged(elsewhere, sealed(FRICTION)) is Verdict.PARTLY
+
+
 @pytest.mark.parametrize("rows", [sealed(FRICTION, confirmed=False), sealed(FRICTION, low=-0.1)])
 def test_what_the_sealed_rows_do_not_confirm_is_not_claimed(rows):
     assert judged(part([FRICTION]), rows) is Verdict.NOT_CONFIRMED
