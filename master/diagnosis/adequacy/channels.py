@@ -38,6 +38,7 @@ from .slot_laws import SlotLaw, SlotLaws
 
 GUARD = 0.1  # s between what is fitted on and what is predicted
 GUARD_ROWS = 5  # at least
+N_STRETCHES = 4  # one after the other: a wave of coloured noise does not last from one to the next
 PREDICTABLE = 0.05  # share from which on something recorded predicts the residual
 PREDICTABLE_HIGH = 0.10  # upper end of its interval, from which on it may
 ROUNDING = (
@@ -196,6 +197,11 @@ class Judge:
         return Folds.of(self.rows, guard)
 
     @cached_property
+    def long_folds(self) -> Folds:
+        """Long stretches of those rows: short blocks between others do not tell a law from a slow wave."""
+        return Folds.of(self.rows, self.folds.guard, N_STRETCHES)
+
+    @cached_property
     def recorded(self) -> Recorded:
         """Everything recorded."""
         return Recorded(self.study)
@@ -315,12 +321,13 @@ class Judge:
         if thorough and recorded.signals:
             judged(Kind.TREES, "", trees(left, recorded.nonlinear, folds))
             highest = HIGHEST / self.study.bench.row_period
+            long = self.long_folds
             ones = np.ones(len(left))
-            judged(Kind.MODULATED, "1", line(left, ones, recorded.times, folds, highest=highest))
+            judged(Kind.MODULATED, "1", line(left, ones, recorded.times, long, highest=highest))
             quiet = without_mains(left, recorded.times, folds.rows, highest=highest)
             for name, values in list(recorded.signals.items())[:MOST_LINES]:
                 rows = recorded.on_rows(values)
-                judged(Kind.MODULATED, name, line(quiet, rows, recorded.times, folds, highest=highest))
+                judged(Kind.MODULATED, name, line(quiet, rows, recorded.times, long, highest=highest))
                 judged(Kind.PERIODIC, name, line_over(left, rows, folds))
         return found
 

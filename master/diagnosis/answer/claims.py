@@ -14,6 +14,7 @@ from master.diagnosis.replay.placed_effect import PlacedEffect
 
 from .before_after import SealedPart
 
+SAME_LINE = 0.05  # relative difference of two frequencies that are one
 NEAR_BEST = 0.8  # of the best share: a law of a slot that predicts as much
 
 
@@ -62,9 +63,12 @@ def _claim(part: PartResult, sealed: SealedPart, placed: PlacedEffect) -> Claim:
     if placed.effect not in listed():
         return Claim(placed, Status.LEARNED)
     if not part.is_named:
-        return Claim(placed, Status.NEAREST, "a law without a name explains more")
+        return Claim(placed, Status.NEAREST, "found beside a law without a name, which may hide others")
     if str(placed) in part.objections:
         return Claim(placed, Status.NEAREST, part.objections[str(placed)])
+    free = [p.name for p in part.chosen.parameters if placed.owns(p.name)]
+    if free and all(name in part.unknown_numbers for name in free):
+        return Claim(placed, Status.NEAREST, "none of its parameters has a number")
     vague = next((c for c in part.final.channels if _is_vague(c)), None)
     if vague is not None:
         why = f"what is left in {vague.signal} is no noise, and nothing recorded says what it is"
@@ -96,7 +100,15 @@ def _same_shape(part: PartResult, placed: PlacedEffect) -> Predictor | None:
                 break
             if p.law is not None and p.law.place == placed.place and set(p.law.roles) & own:
                 return p
+            if p.kind is Kind.MODULATED and _swings_at(part, placed, p.frequency):
+                return p
     return None
+
+
+def _swings_at(part: PartResult, placed: PlacedEffect, frequency: float) -> bool:
+    """Whether an effect swings in time at a frequency [Hz]: what is left at it is of the same cause."""
+    own = (placed.variable(v.name) for v in placed.law.parameters if v.unit == "Hz")
+    return any(abs(part.values.get(name, 0.0) - frequency) < SAME_LINE * frequency for name in own)
 
 
 def verdict(diagnosis: Diagnosis, sealed: Mapping[str, SealedPart]) -> Verdict:

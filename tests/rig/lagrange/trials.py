@@ -188,10 +188,11 @@ def is_right_in_all(row: dict) -> bool:
 
 
 def is_worse(row: dict) -> bool:
-    """Whether an effect was added and a channel is left worse on the sealed part."""
+    """Whether a corrected model was handed over that leaves a channel worse on the sealed part."""
     pairs = [(v, row["after"][k]) for k, v in row.get("before", {}).items()]
     known = [(b, a) for b, a in pairs if b is not None and a is not None]
-    return bool(row.get("effects")) and any(a > 1.001 * b for b, a in known)
+    exported = [e for e in row.get("effects", []) if not e.endswith("(not confirmed)")]
+    return bool(exported) and any(a > 1.001 * b for b, a in known)
 
 
 def has_right_model(row: dict) -> bool:
@@ -247,7 +248,7 @@ def table(rows: list[dict]) -> str:
         ("fault of software: detected", "all", software, lambda r: r["verdict"] == SOFTWARE),
         ("fault of software: kind right", ">= 80 %", software, is_of_kind),
         ("traced: right in all that is called so", ">= 97 %", traced, is_right_in_all),
-        ("after worse than before, yet added", "0", rows, is_worse),
+        ("after worse than before, yet exported", "0", rows, is_worse),
         ("explained <= ceiling + 0.05", "all", laws, lambda r: r["explained"] <= r["ceiling"] + 0.05),
         ("ended in an error", "0", rows, lambda r: r["verdict"] == "error"),
     )

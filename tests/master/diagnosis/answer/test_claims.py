@@ -36,7 +36,9 @@ def part(effects=(), *, before=None, after=None, **changed):
     last = Stage("effects", (after or channel(),))
     given = {
         "name": "contact",
-        "chosen": SimpleNamespace(effects=tuple(effects)),
+        "chosen": SimpleNamespace(effects=tuple(effects), parameters=()),
+        "values": {},
+        "unknown_numbers": {},
         "has_effect": bool(effects),
         "is_named": True,
         "is_exact": False,
@@ -111,6 +113,28 @@ def test_an_effect_to_which_there_is_an_objection_is_never_traced():
 
     assert status(own, sealed(FRICTION)) == [Status.NEAREST]
     assert judged(own, sealed(FRICTION)) is Verdict.UNDECLARED
+
+
+def test_an_effect_none_of_whose_parameters_has_a_number_is_the_nearest_name():
+    names = [FRICTION.variable("level"), FRICTION.variable("smoothing")]
+    chosen = SimpleNamespace(effects=(FRICTION,), parameters=[SimpleNamespace(name=n) for n in names])
+
+    def own(*unknown):
+        return part([FRICTION], chosen=chosen, unknown_numbers=dict.fromkeys(unknown, "it may be anything"))
+
+    assert status(own(*names), sealed(FRICTION)) == [Status.NEAREST]
+    assert status(own(names[0]), sealed(FRICTION)) == [Status.TRACED]
+
+
+@pytest.mark.parametrize(("left_at", "expected"), [(0.911, Status.NEAREST), (1.4, Status.TRACED)])
+def test_a_law_that_swings_is_not_traced_where_what_is_left_swings_alike(left_at, expected):
+    """At another frequency it is another cause's."""
+    swing = PlacedEffect("contact", "rope_force", "parametric_stiffness")
+    rest = channel(0.3, ratio=1.5)
+    line = Predictor(Kind.MODULATED, "velocity", rest.share, None, left_at)
+    own = part([swing], after=replace(rest, predictors=(line,)), values={swing.variable("frequency"): 0.9})
+
+    assert status(own, sealed(swing)) == [expected]
 
 
 def test_a_family_is_one_of_a_class():
