@@ -121,7 +121,7 @@ def verdict(diagnosis: Diagnosis, sealed: Mapping[str, SealedPart]) -> Verdict:
     sure = {Status.TRACED, Status.ONE_OF_A_CLASS}
     if found:
         if sure & set(found):
-            if not is_adequate or {Status.NEAREST, Status.LEARNED} & set(found):
+            if not is_adequate or {Status.NEAREST, Status.LEARNED, Status.NOT_CONFIRMED} & set(found):
                 return Verdict.PARTLY
             return Verdict.ONE_OF_A_CLASS if Status.ONE_OF_A_CLASS in found else Verdict.TRACED
         if all(s is Status.NOT_CONFIRMED for s in found):

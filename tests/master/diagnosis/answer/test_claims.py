@@ -149,6 +149,18 @@ def test_two_effects_have_a_status_each():
     assert status(own, sealed(FRICTION, SPRING)) == [Status.TRACED, Status.ONE_OF_A_CLASS]
 
 
+def test_one_effect_that_is_not_confirmed_beside_one_that_is_leaves_a_remainder():
+    both = part([FRICTION, SPRING])
+    gains = {
+        str(FRICTION): SealedGain(0.6, Interval(0.5, 0.7)),
+        str(SPRING): SealedGain(0.0, Interval(-0.1, 0.1)),
+    }
+    rows = SimpleNamespace(gains=gains, is_confirmed=True, is_refit_worse=False)
+
+    assert status(both, rows) == [Status.TRACED, Status.NOT_CONFIRMED]
+    assert judged(both, rows) is Verdict.PARTLY
+
+
 def test_without_a_name_what_is_predictable_is_undeclared():
     assert judged(part(), sealed()) is Verdict.UNDECLARED
 
