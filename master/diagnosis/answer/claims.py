@@ -7,9 +7,11 @@ from dataclasses import dataclass
 from enum import Enum
 
 from fmu_sources.effects.catalogue import listed
+from fmu_sources.effects.framework.common import SMOOTHING
 from master.diagnosis.adequacy.channels import Adequacy, Kind, Predictor
 from master.diagnosis.judge.diagnose import Diagnosis
 from master.diagnosis.judge.part_result import PartResult
+from master.diagnosis.numerics.deviations import NORMAL
 from master.diagnosis.replay.placed_effect import PlacedEffect
 
 from .before_after import SealedPart
@@ -66,9 +68,10 @@ def _claim(part: PartResult, sealed: SealedPart, placed: PlacedEffect) -> Claim:
         return Claim(placed, Status.NEAREST, "found beside a law without a name, which may hide others")
     if str(placed) in part.objections:
         return Claim(placed, Status.NEAREST, part.objections[str(placed)])
-    free = [p.name for p in part.chosen.parameters if placed.owns(p.name)]
-    if free and all(name in part.unknown_numbers for name in free):
-        return Claim(placed, Status.NEAREST, "none of its parameters has a number")
+    own = [p.name for p in part.chosen.parameters if placed.owns(p.name)]
+    free = [name for name in own if placed.short_name(name) != SMOOTHING]
+    if free and not any(_is_known(part, name) for name in free):
+        return Claim(placed, Status.NEAREST, "none of its parameters is known to differ from zero")
     vague = next((c for c in part.final.channels if _is_vague(c)), None)
     if vague is not None:
         why = f"what is left in {vague.signal} is no noise, and nothing recorded says what it is"
@@ -79,6 +82,12 @@ def _claim(part: PartResult, sealed: SealedPart, placed: PlacedEffect) -> Claim:
     if rest is not None:
         return Claim(placed, Status.NEAREST, f"what is left follows {rest}")
     return Claim(placed, Status.TRACED)
+
+
+def _is_known(part: PartResult, name: str) -> bool:
+    """Whether a fitted parameter has a number, and its 95 % interval does not hold zero."""
+    half = NORMAL * part.fit.deviations.get(name, 0.0)
+    return name not in part.unknown_numbers and abs(part.values[name]) > half
 
 
 def _is_vague(channel: Adequacy) -> bool:

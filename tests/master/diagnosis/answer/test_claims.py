@@ -115,15 +115,27 @@ def test_an_effect_to_which_there_is_an_objection_is_never_traced():
     assert judged(own, sealed(FRICTION)) is Verdict.UNDECLARED
 
 
-def test_an_effect_none_of_whose_parameters_has_a_number_is_the_nearest_name():
-    names = [FRICTION.variable("level"), FRICTION.variable("smoothing")]
-    chosen = SimpleNamespace(effects=(FRICTION,), parameters=[SimpleNamespace(name=n) for n in names])
+@pytest.mark.parametrize(
+    ("unknown", "level", "expected"),
+    [
+        (("level", "length"), 4.0, Status.NEAREST),
+        (("length",), 4.0, Status.TRACED),
+        (("length",), 0.9, Status.NEAREST),
+    ],
+)
+def test_an_effect_of_which_no_number_differs_from_zero_is_the_nearest_name(unknown, level, expected):
+    """The level has a standard deviation of 0.5."""
+    dahl = PlacedEffect("contact", "guide_force", "dahl")
+    names = {n: dahl.variable(n) for n in ("level", "length")}
+    own = part(
+        [dahl],
+        chosen=SimpleNamespace(effects=(dahl,), parameters=[SimpleNamespace(name=n) for n in names.values()]),
+        unknown_numbers={names[n]: "it may be anything" for n in unknown},
+        values={names["level"]: level, names["length"]: 1e-5},
+        fit=SimpleNamespace(deviations={names["level"]: 0.5, names["length"]: 0.0}),
+    )
 
-    def own(*unknown):
-        return part([FRICTION], chosen=chosen, unknown_numbers=dict.fromkeys(unknown, "it may be anything"))
-
-    assert status(own(*names), sealed(FRICTION)) == [Status.NEAREST]
-    assert status(own(names[0]), sealed(FRICTION)) == [Status.TRACED]
+    assert status(own, sealed(dahl)) == [expected]
 
 
 @pytest.mark.parametrize(("left_at", "expected"), [(0.911, Status.NEAREST), (1.4, Status.TRACED)])
