@@ -310,6 +310,8 @@ class Judge:
 
         def judged(kind: Kind, of: str, held: HeldOut, law: SlotLaw | None = None) -> None:
             share = share_of(left, held.explained, folds.block)
+            if kind is Kind.MODULATED and share.interval.low <= 0.0:
+                share = NO_SHARE  # the strongest of many lines, but not beyond chance
             found.append(Predictor(kind, of, share, law, held.frequency))
 
         own = self.tangents[:, i, :]

@@ -129,9 +129,18 @@ def line(residual: Array, factor: Array, t: Array, folds: Folds, *, highest: flo
         frequency = min(near, key=lambda f: _left(left, _modulated(z, at, f)))
         found.append(frequency)
         explained[fold.held_out] = _solved(residual, _modulated(factor, t, frequency), fold)
-    if found and np.ptp(found) > SAME_LINE / (period * (1 + int(index.max()))):
-        explained[folds.rows] = 0.0  # a law has one frequency, whatever it is found on
+    is_one = bool(found) and np.ptp(found) < SAME_LINE / (period * (1 + int(index.max())))
+    if not (is_one and _holds_throughout(residual, explained, folds)):
+        explained[folds.rows] = 0.0  # a law has one frequency, whatever it is found on, and does not end
     return HeldOut(explained, float(np.median(found)) if found else 0.0)
+
+
+def _holds_throughout(residual: Array, explained: Array, folds: Folds) -> bool:
+    """Whether a prediction makes no group of blocks that was held out worse."""
+    return all(
+        np.sum((residual - explained)[fold.held_out] ** 2) <= np.sum(residual[fold.held_out] ** 2)
+        for fold in folds
+    )
 
 
 def without_mains(residual: Array, t: Array, rows: Integers, *, highest: float) -> Array:
