@@ -91,6 +91,16 @@ def test_lines_that_differ_with_what_they_are_found_on_are_no_law():
     assert share(residual, line(residual, X, T, halves, highest=60.0)).value == 0.0
 
 
+def test_a_swing_that_ends_is_no_law_that_swings():
+    """It is there in three quarters of the time: what it says of the fourth is wrong."""
+    long = Folds.of(np.ones(N, dtype=bool), 100, 4)
+    swing = X * np.sin(2.0 * np.pi * 1.8 * T)
+    ending = np.where(np.arange(N) < 3 * N // 4, swing, 0.0)
+
+    assert share(swing, line(swing, X, T, long, highest=60.0)).value > 0.9
+    assert share(ending, line(ending, X, T, long, highest=60.0)).value == 0.0
+
+
 def test_a_wave_that_wanders_is_hardly_ever_a_law_that_swings():
     """
     Noise of 1.1 Hz that forgets its phase in 2 s, of 8 s: 12 draws.
