@@ -17,6 +17,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from master.diagnosis.numerics.arrays import TINY, Array, Integers, Mask
+from master.diagnosis.numerics.evenness import chance_of_unevenness
 from master.diagnosis.numerics.folds import NO_SHARE, Folds, Share, share_of
 from master.diagnosis.numerics.noise_floor import (
     Colour,
@@ -37,6 +38,7 @@ from .slot_laws import SlotLaw, SlotLaws
 
 GUARD = 0.1  # s between what is fitted on and what is predicted
 GUARD_ROWS = 5  # at least
+N_STRETCHES = 4  # one after the other: a wave of coloured noise does not last from one to the next
 PREDICTABLE = 0.05  # share from which on something recorded predicts the residual
 PREDICTABLE_HIGH = 0.10  # upper end of its interval, from which on it may
 ROUNDING = (
@@ -44,6 +46,7 @@ ROUNDING = (
 )
 WITHIN_FLOOR = 1.3  # rms over the noise floor, up to which nothing but noise is left
 MANY_FLOORS = 3.5  # rms over the noise floor, that no nuisance makes
+UNEVEN = 1e-4  # probability that noise, of whatever colour, is as uneven in time
 HIGHEST = 0.06  # of the sampling rate: frequency of a line
 MOST_LINES = 8  # signals that may be modulated
 DRAWS = 3  # replays with noise on what drives the part
@@ -94,7 +97,7 @@ class Adequacy:
     the model, both in the channel's unit. `predictors` are all regressors, the best first. `events` are the
     times [s] of windows that hold most of the power, where few do; `strikes` those of windows that set off
     what rings on, where more is left than noise makes. `has_steps`: the channel or what drives it is rounded
-    to the steps of a converter.
+    to the steps of a converter. `chance` is the probability that noise is as uneven in time as what is left.
     """
 
     signal: str
@@ -106,6 +109,7 @@ class Adequacy:
     events: tuple[float, ...] = ()
     strikes: tuple[float, ...] = ()
     has_steps: bool = False
+    chance: float = 1.0
 
     @property
     def noise(self) -> float:
@@ -155,9 +159,14 @@ class Adequacy:
         return all(p.share.value < PREDICTABLE for p in self.predictors)
 
     @property
+    def is_uneven(self) -> bool:
+        """Whether what is left is above the floor, and less even in time than noise of any colour."""
+        return not self.is_within_floor and self.chance < UNEVEN
+
+    @property
     def is_above_floor(self) -> bool:
         """Whether more is left than noise of any colour makes."""
-        return self.ratio > MANY_FLOORS or bool(self.events)
+        return self.ratio > MANY_FLOORS or bool(self.events) or self.is_uneven
 
     @property
     def is_adequate(self) -> bool:
@@ -186,6 +195,11 @@ class Judge:
         """Blocks of those rows."""
         guard = max(GUARD_ROWS, round(GUARD / self.study.bench.row_period))
         return Folds.of(self.rows, guard)
+
+    @cached_property
+    def long_folds(self) -> Folds:
+        """Long stretches of those rows: short blocks between others do not tell a law from a slow wave."""
+        return Folds.of(self.rows, self.folds.guard, N_STRETCHES)
 
     @cached_property
     def recorded(self) -> Recorded:
@@ -274,11 +288,20 @@ class Judge:
             events=self._times(events(left, self.rows, self._window)),
             has_steps=self.floors[i].step > 0.0 or self.is_driven_in_steps,
         )
-        if found.ratio < MANY_FLOORS:
+        if found.is_within_floor:
+            return found
+        found = replace(found, chance=self._chance(left))
+        if found.ratio < MANY_FLOORS and not found.is_uneven:
             return found
         tried = (max(1, round(time / bench.row_period)) for time in AVERAGED)
         set_off = (self._times(strikes(left, self.rows, self._window, every)) for every in tried)
         return replace(found, strikes=next(filter(None, set_off), ()))
+
+    def _chance(self, left: Array) -> float:
+        """Probability that noise is as uneven as a residual (rows,), but for hum."""
+        highest = HIGHEST / self.study.bench.row_period
+        quiet = without_mains(left, self.recorded.times, self.folds.rows, highest=highest)
+        return chance_of_unevenness(quiet, self.rows)
 
     def _predictors(self, i: int, left: Array, *, thorough: bool) -> list[Predictor]:
         folds = self.folds
@@ -287,6 +310,8 @@ class Judge:
 
         def judged(kind: Kind, of: str, held: HeldOut, law: SlotLaw | None = None) -> None:
             share = share_of(left, held.explained, folds.block)
+            if kind is Kind.MODULATED and share.interval.low <= 0.0:
+                share = NO_SHARE  # the strongest of many lines, but not beyond chance
             found.append(Predictor(kind, of, share, law, held.frequency))
 
         own = self.tangents[:, i, :]
@@ -298,12 +323,13 @@ class Judge:
         if thorough and recorded.signals:
             judged(Kind.TREES, "", trees(left, recorded.nonlinear, folds))
             highest = HIGHEST / self.study.bench.row_period
+            long = self.long_folds
             ones = np.ones(len(left))
-            judged(Kind.MODULATED, "1", line(left, ones, recorded.times, folds, highest=highest))
+            judged(Kind.MODULATED, "1", line(left, ones, recorded.times, long, highest=highest))
             quiet = without_mains(left, recorded.times, folds.rows, highest=highest)
             for name, values in list(recorded.signals.items())[:MOST_LINES]:
                 rows = recorded.on_rows(values)
-                judged(Kind.MODULATED, name, line(quiet, rows, recorded.times, folds, highest=highest))
+                judged(Kind.MODULATED, name, line(quiet, rows, recorded.times, long, highest=highest))
                 judged(Kind.PERIODIC, name, line_over(left, rows, folds))
         return found
 

@@ -7,13 +7,16 @@ from dataclasses import dataclass
 from enum import Enum
 
 from fmu_sources.effects.catalogue import listed
+from fmu_sources.effects.framework.common import SMOOTHING
 from master.diagnosis.adequacy.channels import Adequacy, Kind, Predictor
 from master.diagnosis.judge.diagnose import Diagnosis
 from master.diagnosis.judge.part_result import PartResult
+from master.diagnosis.numerics.deviations import NORMAL
 from master.diagnosis.replay.placed_effect import PlacedEffect
 
 from .before_after import SealedPart
 
+SAME_LINE = 0.05  # relative difference of two frequencies that are one
 NEAR_BEST = 0.8  # of the best share: a law of a slot that predicts as much
 
 
@@ -62,15 +65,35 @@ def _claim(part: PartResult, sealed: SealedPart, placed: PlacedEffect) -> Claim:
     if placed.effect not in listed():
         return Claim(placed, Status.LEARNED)
     if not part.is_named:
-        return Claim(placed, Status.NEAREST, "a law without a name explains more")
+        return Claim(placed, Status.NEAREST, "found beside a law without a name, which may hide others")
     if str(placed) in part.objections:
         return Claim(placed, Status.NEAREST, part.objections[str(placed)])
+    own = [p.name for p in part.chosen.parameters if placed.owns(p.name)]
+    free = [name for name in own if placed.short_name(name) != SMOOTHING]
+    if free and not any(_is_known(part, name) for name in free):
+        return Claim(placed, Status.NEAREST, "none of its parameters is known to differ from zero")
+    vague = next((c for c in part.final.channels if _is_vague(c)), None)
+    if vague is not None:
+        why = f"what is left in {vague.signal} is no noise, and nothing recorded says what it is"
+        return Claim(placed, Status.NEAREST, why)
     if any(str(placed) in family for family in part.families):
         return Claim(placed, Status.ONE_OF_A_CLASS, "other members of its class explain it equally well")
     rest = _same_shape(part, placed)
     if rest is not None:
         return Claim(placed, Status.NEAREST, f"what is left follows {rest}")
     return Claim(placed, Status.TRACED)
+
+
+def _is_known(part: PartResult, name: str) -> bool:
+    """Whether a fitted parameter has a number, and its 95 % interval does not hold zero."""
+    half = NORMAL * part.fit.deviations.get(name, 0.0)
+    return name not in part.unknown_numbers and abs(part.values[name]) > half
+
+
+def _is_vague(channel: Adequacy) -> bool:
+    """Whether what is left is no noise, and nothing tells that it is of another law than the one named."""
+    is_elsewhere = channel.is_predictable or channel.events or channel.strikes
+    return channel.is_uneven and not is_elsewhere
 
 
 def _same_shape(part: PartResult, placed: PlacedEffect) -> Predictor | None:
@@ -86,7 +109,15 @@ def _same_shape(part: PartResult, placed: PlacedEffect) -> Predictor | None:
                 break
             if p.law is not None and p.law.place == placed.place and set(p.law.roles) & own:
                 return p
+            if p.kind is Kind.MODULATED and _swings_at(part, placed, p.frequency):
+                return p
     return None
+
+
+def _swings_at(part: PartResult, placed: PlacedEffect, frequency: float) -> bool:
+    """Whether an effect swings in time at a frequency [Hz]: what is left at it is of the same cause."""
+    own = (placed.variable(v.name) for v in placed.law.parameters if v.unit == "Hz")
+    return any(abs(part.values.get(name, 0.0) - frequency) < SAME_LINE * frequency for name in own)
 
 
 def verdict(diagnosis: Diagnosis, sealed: Mapping[str, SealedPart]) -> Verdict:
@@ -99,7 +130,7 @@ def verdict(diagnosis: Diagnosis, sealed: Mapping[str, SealedPart]) -> Verdict:
     sure = {Status.TRACED, Status.ONE_OF_A_CLASS}
     if found:
         if sure & set(found):
-            if not is_adequate or {Status.NEAREST, Status.LEARNED} & set(found):
+            if not is_adequate or {Status.NEAREST, Status.LEARNED, Status.NOT_CONFIRMED} & set(found):
                 return Verdict.PARTLY
             return Verdict.ONE_OF_A_CLASS if Status.ONE_OF_A_CLASS in found else Verdict.TRACED
         if all(s is Status.NOT_CONFIRMED for s in found):
@@ -118,6 +149,8 @@ def shape(channel: Adequacy) -> str:
     left = f"{channel.ratio:.3g} times the noise floor in {channel.signal}"
     if not channel.is_predictable:
         kind = channel.colour.words
+        if channel.is_uneven:
+            kind = f"{kind}, but no noise: its size differs from time to time"
         if channel.strikes:
             kind = f"intermittent: it is set off around {_times(channel.strikes)}, and rings on"
         if channel.events:

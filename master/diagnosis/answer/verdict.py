@@ -39,6 +39,9 @@ def sentence(diagnosis: Diagnosis, sealed: Mapping[str, SealedPart]) -> str:
     classes = "; ".join(" or ".join(f) for p in parts for f in p.families)
     nearest = _nearest(parts, sealed)
     rest = _rest(parts)
+    unconfirmed = " and ".join(str(c.placed) for c in found if c.status is Status.NOT_CONFIRMED)
+    if unconfirmed:
+        rest = f"{rest}, with {unconfirmed}, which the sealed part does not confirm"
     kind = verdict(diagnosis, sealed)
     certain = f"Traced: {names}. " if names else ""
     one_of = f"One of a class, which member is not sure: {classes}." if classes else ""
@@ -48,8 +51,8 @@ def sentence(diagnosis: Diagnosis, sealed: Mapping[str, SealedPart]) -> str:
         Verdict.ONE_OF_A_CLASS: f"{certain}{one_of}",
         Verdict.UNDECLARED: f"Undeclared: {_shape(parts, rest)}.{nearest}",
         Verdict.NOT_CONFIRMED: (
-            f"Not confirmed on the sealed part: {' and '.join(str(c.placed) for c in found)}; nothing is "
-            f"written as corrected. Left: {rest}."
+            f"Not confirmed on the sealed part: {unconfirmed}; nothing is written as corrected. "
+            f"Left: {_rest(parts)}."
         ),
         Verdict.UNEXPLAINED: f"Unexplained, not predictable: {rest}.",
         Verdict.PARAMETERS: "Parameters only: the model holds with other numbers.",

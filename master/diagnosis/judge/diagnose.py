@@ -43,6 +43,7 @@ from .cost import cost_of
 from .evidence import detect
 from .input_rows import changed_rows, is_better, other_rows
 from .named_or_learned import named_or_learned
+from .names_beside import with_names_beside
 from .part_result import PartResult
 from .plausible import implausible
 from .refit import refitted
@@ -222,7 +223,8 @@ def _searched(begun: PartResult, system: CutSystem, case: Case, deadline: Deadli
             judge = Judge(study, begun.base.values, begun.base.predicted)
             refit = Stage(REFIT, judge.judge(begun.base.predicted, thorough=False))
             return replace(begun, stages=(refit,), software_fault=fault)
-        why = unknown_rows(study, begun.base.values, begun.base.predicted)
+        taken_off = {name: s.minus for name, s in case.signals.items() if s.minus is not None}
+        why = unknown_rows(study, begun.base.values, begun.base.predicted, taken_off)
         if fault is not None and why:
             return replace(begun, unknown=why)
         begun = replace(begun, software_fault=fault)
@@ -276,7 +278,8 @@ def _explained(result: PartResult, effects: Sequence[PlacedEffect], judge: Judge
         result = replace(result, search=named, chosen=named.model, fit=named.fit)
         named = named_by_limits(study, with_rewritings(study, named, effects), effects)
         named = led_by_the_unobjected(study, named)
-        return named_or_learned(result, named, places, judge)
+        result = named_or_learned(result, named, places, judge)
+        return with_names_beside(result, effects, judge)
     except TimeIsUpError:
         return result
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -105,7 +105,12 @@ def ticks_between_rows(study: Study) -> list[str]:
     return found
 
 
-def unknown_rows(study: Study, values: Mapping[str, float], predicted: Array) -> str:
+def unknown_rows(
+    study: Study,
+    values: Mapping[str, float],
+    predicted: Array,
+    taken_off: Mapping[str, str] | None = None,
+) -> str:
     """
     Say why a part of software that does not replay to rounding may have no fault; empty if it has one.
 
@@ -117,6 +122,7 @@ def unknown_rows(study: Study, values: Mapping[str, float], predicted: Array) ->
         study: The part.
         values: Of its parameters, by `fmu.variable`.
         predicted: Its replay with them, shape (rows, outputs).
+        taken_off: Signals that are a column less another signal: their names to that signal.
     """
     rows = study.bench.in_use
     size = np.maximum(study.measured[rows].std(axis=0), TINY)
@@ -131,17 +137,57 @@ def unknown_rows(study: Study, values: Mapping[str, float], predicted: Array) ->
             f"{100.0 * odd.mean():.2g} % of the rows do not replay, those after the beginning, or after an "
             "input was recorded as it was before; all others do: the recording lacks what drove it there"
         )
-    inputs = [study.bench.signal(m.signal) for m in study.bench.part.columns]
-    steps = [step_of(values) for values in inputs]
-    moving = [step for step, values in zip(steps, inputs, strict=True) if np.ptp(values) > 0.0]
-    own = np.array([step_of(study.measured[rows, i]) for i in range(study.measured.shape[1])])
-    if not moving or min(moving) <= 0.0 or own.min() <= 0.0:
+    roundings = _Roundings(study, taken_off or {})
+    if not roundings.are_known:
         return ""
-    changes = study.replayed_with_noise(values, [UNIFORM * step for step in steps], DRAWS)[:, rows]
-    rounding = np.hypot(np.sqrt(np.nanmean(changes**2, axis=(0, 1))), UNIFORM * own)
+    changes = study.replayed_with_noise(values, roundings.of_inputs, DRAWS)[:, rows]
+    rounding = np.hypot(np.sqrt(np.nanmean(changes**2, axis=(0, 1))), roundings.of_outputs)
     if np.any(np.sqrt(np.mean(left**2, axis=0)) > OF_ROUNDING * rounding):
         return ""
     return "all that was recorded of it was printed short, and what is left is that rounding"
+
+
+@dataclass(frozen=True)
+class _Roundings:
+    """Deviations of the rounding of what was recorded of a part; those of a signal that rests are zero."""
+
+    study: Study
+    taken_off: Mapping[str, str]
+
+    @property
+    def are_known(self) -> bool:
+        """Whether all that moves was recorded in steps."""
+        bench = self.study.bench
+        moving = [
+            rounding
+            for rounding, m in zip(self.of_inputs, bench.part.columns, strict=True)
+            if np.ptp(bench.signal(m.signal)) > 0.0
+        ]
+        return bool(moving) and min(moving) > 0.0 and min(self.of_outputs) > 0.0
+
+    @cached_property
+    def of_inputs(self) -> list[float]:
+        """Of each measured input."""
+        bench = self.study.bench
+        return [self._of(bench.signal(m.signal), m.signal) for m in bench.part.columns]
+
+    @cached_property
+    def of_outputs(self) -> list[float]:
+        """Of each compared output."""
+        bench = self.study.bench
+        compared = bench.part.compared
+        return [self._of(self.study.measured[:, i], compared[o]) for i, o in enumerate(bench.outputs)]
+
+    def _of(self, values: Array, signal: str) -> float:
+        """Of a signal (samples,) or (rows,); a difference of two has the roundings of both."""
+        if signal not in self.taken_off:
+            return UNIFORM * step_of(values)
+        bench = self.study.bench
+        other = bench.signal(self.taken_off[signal])
+        if len(other) != len(values):
+            other = bench.compared_rows(other)
+        steps = [step_of(column) for column in (values + other, other) if np.ptp(column) > 0.0]
+        return UNIFORM * float(np.hypot.reduce(steps)) if steps and min(steps) > 0.0 else 0.0
 
 
 def _shows(dropped: Mask, odd: Mask) -> Mask:

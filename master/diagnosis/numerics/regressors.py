@@ -33,6 +33,7 @@ BINS_OF_TREES = 63  # over a signal: about as many rows in each as a leaf needs
 RATE = 0.2  # of the boosting
 MOST_ROWS_OF_TREES = 2500
 PADDING = 4  # of a spectrum: its lines are this much finer than the time allows
+SAME_LINE = 0.5  # over the time: largest difference of frequencies that are one
 N_REFINED = 21  # frequencies around a line
 FEWEST_ROWS_OF_LINES = 1500  # on which these are compared
 EVERY_OF_LINES = 5  # row at most: a line of the highest frequency still has three of them a period
@@ -111,11 +112,11 @@ def line(residual: Array, factor: Array, t: Array, folds: Folds, *, highest: flo
     explained = np.full(len(residual), np.nan)
     period = float(np.median(np.abs(np.diff(t)))) or 1.0
     is_plain = bool(np.ptp(factor) == 0.0)
+    index = np.round((t - t.min()) / period).astype(np.int64)
     found = []
     for fold in folds:
         product = np.zeros(len(residual))
         product[fold.fitted] = (residual * factor)[fold.fitted]
-        index = np.round((t - t.min()) / period).astype(np.int64)
         over_time = np.asarray(np.bincount(index, product), dtype=np.float64)
         frequency = _peak(over_time, period, highest, is_plain=is_plain)
         if frequency <= 0.0:
@@ -128,7 +129,18 @@ def line(residual: Array, factor: Array, t: Array, folds: Folds, *, highest: flo
         frequency = min(near, key=lambda f: _left(left, _modulated(z, at, f)))
         found.append(frequency)
         explained[fold.held_out] = _solved(residual, _modulated(factor, t, frequency), fold)
+    is_one = bool(found) and np.ptp(found) < SAME_LINE / (period * (1 + int(index.max())))
+    if not (is_one and _holds_throughout(residual, explained, folds)):
+        explained[folds.rows] = 0.0  # a law has one frequency, whatever it is found on, and does not end
     return HeldOut(explained, float(np.median(found)) if found else 0.0)
+
+
+def _holds_throughout(residual: Array, explained: Array, folds: Folds) -> bool:
+    """Whether a prediction makes no group of blocks that was held out worse."""
+    return all(
+        np.sum((residual - explained)[fold.held_out] ** 2) <= np.sum(residual[fold.held_out] ** 2)
+        for fold in folds
+    )
 
 
 def without_mains(residual: Array, t: Array, rows: Integers, *, highest: float) -> Array:

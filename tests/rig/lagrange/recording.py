@@ -76,7 +76,7 @@ def record(
     """
     spoilt = NUISANCES[nuisance]
     rng = np.random.default_rng(seed)
-    true = _off(BELIEVED, spoilt.off, rng)
+    true = _off(BELIEVED, spoilt.off, rng)  # the first that is drawn: `true_body` draws it alone
     t = np.arange(round(duration / T)) * T
     added = excited("rich", t)
     noise = rng.standard_normal((len(t), 3))
@@ -100,6 +100,11 @@ def record(
         columns = {name: _printed(values, spoilt.digits) for name, values in columns.items()}
         columns["t"] = t[:n]
     return Recording({name: np.ascontiguousarray(values) for name, values in columns.items()})
+
+
+def true_body(nuisance: str, seed: int) -> Body:
+    """Numbers of the plant in a recording with this nuisance and seed."""
+    return _off(BELIEVED, NUISANCES[nuisance].off, np.random.default_rng(seed))
 
 
 def _off(body: Body, share: float, rng: np.random.Generator) -> Body:

@@ -15,10 +15,12 @@ from tests.rig import record as record_first
 from tests.rig.lagrange import LAWS, record
 from tests.rig.lagrange.laws import FAULTS, LISTED, PAIRS
 from tests.rig.lagrange.plant import N_STATES, Body, S, V, X, midpoint, rope_force
-from tests.rig.lagrange.recording import NUISANCES, Nuisance, pink
+from tests.rig.lagrange.recording import BELIEVED, NUISANCES, Nuisance, pink, true_body
 from tests.rig.lagrange.trials import (
+    NUMBERS,
     PARTLY,
     SILENT,
+    coverage,
     interval,
     is_named,
     is_of_kind,
@@ -150,9 +152,33 @@ def test_table_counts_false_alarms_wrong_names_and_what_got_worse():
     assert "| no effect: claimed | <= 2 % | 0/1 |" in text
     assert "| undeclared: detected | >= 95 % | 2/2 |" in text
     assert "| undeclared: named with confidence | <= 3 % | 1/2 |" in text
-    assert "| after worse than before, yet added | 0 | 1/3 |" in text
+    assert "| after worse than before, yet exported | 0 | 1/3 |" in text
     assert [is_named(r) for r in rows] == [False, False, True]
     assert is_worse(rows[2])
+    assert not is_worse(rows[2] | {"effects": ["c.r: drift (not confirmed)"]})
+
+
+def test_numbers_count_where_the_model_is_right_alone():
+    """1.9 deviations off is held at 95 %, 2.0 is not."""
+    numbers = {"contact.m_e": [100.0, 101.9, 1.0], "contact.k_m": [10.0, 8.0, 1.0]}
+    row = {"seed": 1, "verdict": "traced", "families": [], "faults": [], "numbers": numbers}
+    guide = ["contact.guide_force: coulomb (traced)"]
+    right = row | {"truth": "coulomb", "effects": guide}
+
+    assert [n["is_held"] for n in coverage([right])] == [True, False]
+    assert coverage([row | {"truth": "none:pink", "effects": []}])
+    assert not coverage([row | {"truth": "none:pink", "effects": guide}])
+    assert not coverage([row | {"truth": "late_friction", "effects": guide}])
+    assert not coverage([row | {"truth": "coulomb+cubic", "effects": guide}])
+
+
+def test_true_numbers_are_those_of_the_recording():
+    """They go with the seed, and are as far off as the nuisance says."""
+    assert set(NUMBERS.values()) <= set(BELIEVED._fields)
+    assert true_body(QUIET, 3) == BELIEVED
+    off = true_body("off", 3)
+    assert off != true_body("off", 4)
+    assert all(abs(a / b - 1.0) <= 0.2 for a, b in zip(off, BELIEVED, strict=True))
 
 
 def test_a_name_counts_in_its_own_fmu_and_so_does_a_class_with_it():

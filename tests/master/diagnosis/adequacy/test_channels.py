@@ -128,3 +128,18 @@ def test_strikes_that_ring_on_are_told_with_their_times_and_noise_of_any_size_ha
     assert away.min(axis=0).max() < 60.0
     assert away.min(axis=1).max() < 100.0
     assert not channel(NOISE).strikes
+
+
+def test_what_is_left_at_some_times_more_than_at_others_is_no_noise_of_any_colour():
+    """A resonance of 8 Hz, shaken at random: steadily, or in the first half of the time alone."""
+    pole = np.exp((-0.3 + 1j) * 2.0 * np.pi * 8e-3)
+    shaken = np.random.default_rng(8).standard_normal(N)
+    rest = lfilter([0.004], [1.0, -2.0 * pole.real, abs(pole) ** 2], shaken)
+    steady = channel(NOISE + rest)
+    uneven = channel(NOISE + np.where(T < 4.0, 1.4 * rest, 0.2 * rest))
+
+    assert steady.ratio > 1.3
+    assert steady.is_adequate
+    assert uneven.ratio < 3.5
+    assert uneven.is_uneven
+    assert not uneven.is_adequate

@@ -36,7 +36,9 @@ def part(effects=(), *, before=None, after=None, **changed):
     last = Stage("effects", (after or channel(),))
     given = {
         "name": "contact",
-        "chosen": SimpleNamespace(effects=tuple(effects)),
+        "chosen": SimpleNamespace(effects=tuple(effects), parameters=()),
+        "values": {},
+        "unknown_numbers": {},
         "has_effect": bool(effects),
         "is_named": True,
         "is_exact": False,
@@ -85,6 +87,22 @@ def test_a_name_with_a_remainder_in_another_place_is_partly():
     assert judged(own, sealed(SPRING)) is Verdict.PARTLY
 
 
+def test_a_name_that_leaves_what_is_no_noise_and_follows_nothing_is_the_nearest_name():
+    """It is less even in time than noise; within the floor, or where it strikes at some times, it is not."""
+    rest = replace(channel(0.01, ratio=1.9), chance=1e-7)
+    own = part([FRICTION], after=rest)
+    of_class = part([FRICTION], after=rest, families=[(str(FRICTION), "contact.guide_force: dahl")])
+    noise = part([FRICTION], after=replace(rest, chance=0.01))
+    elsewhere = part([FRICTION], after=replace(rest, strikes=(1.25, 7.5)))
+
+    assert status(own, sealed(FRICTION)) == [Status.NEAREST]
+    assert status(of_class, sealed(FRICTION)) == [Status.NEAREST]
+    assert judged(own, sealed(FRICTION)) is Verdict.UNDECLARED
+    assert "no noise: its size differs from time to time" in shape(rest)
+    assert judged(noise, sealed(FRICTION)) is Verdict.TRACED
+    assert judged(elsewhere, sealed(FRICTION)) is Verdict.PARTLY
+
+
 @pytest.mark.parametrize("rows", [sealed(FRICTION, confirmed=False), sealed(FRICTION, low=-0.1)])
 def test_what_the_sealed_rows_do_not_confirm_is_not_claimed(rows):
     assert judged(part([FRICTION]), rows) is Verdict.NOT_CONFIRMED
@@ -97,6 +115,40 @@ def test_an_effect_to_which_there_is_an_objection_is_never_traced():
     assert judged(own, sealed(FRICTION)) is Verdict.UNDECLARED
 
 
+@pytest.mark.parametrize(
+    ("unknown", "level", "expected"),
+    [
+        (("level", "length"), 4.0, Status.NEAREST),
+        (("length",), 4.0, Status.TRACED),
+        (("length",), 0.9, Status.NEAREST),
+    ],
+)
+def test_an_effect_of_which_no_number_differs_from_zero_is_the_nearest_name(unknown, level, expected):
+    """The level has a standard deviation of 0.5."""
+    dahl = PlacedEffect("contact", "guide_force", "dahl")
+    names = {n: dahl.variable(n) for n in ("level", "length")}
+    own = part(
+        [dahl],
+        chosen=SimpleNamespace(effects=(dahl,), parameters=[SimpleNamespace(name=n) for n in names.values()]),
+        unknown_numbers={names[n]: "it may be anything" for n in unknown},
+        values={names["level"]: level, names["length"]: 1e-5},
+        fit=SimpleNamespace(deviations={names["level"]: 0.5, names["length"]: 0.0}),
+    )
+
+    assert status(own, sealed(dahl)) == [expected]
+
+
+@pytest.mark.parametrize(("left_at", "expected"), [(0.911, Status.NEAREST), (1.4, Status.TRACED)])
+def test_a_law_that_swings_is_not_traced_where_what_is_left_swings_alike(left_at, expected):
+    """At another frequency it is another cause's."""
+    swing = PlacedEffect("contact", "rope_force", "parametric_stiffness")
+    rest = channel(0.3, ratio=1.5)
+    line = Predictor(Kind.MODULATED, "velocity", rest.share, None, left_at)
+    own = part([swing], after=replace(rest, predictors=(line,)), values={swing.variable("frequency"): 0.9})
+
+    assert status(own, sealed(swing)) == [expected]
+
+
 def test_a_family_is_one_of_a_class():
     own = part([FRICTION], families=[(str(FRICTION), "contact.guide_force: dahl")])
 
@@ -107,6 +159,18 @@ def test_two_effects_have_a_status_each():
     own = part([FRICTION, SPRING], families=[(str(SPRING), "contact.rope_force: cubic_stiffness")])
 
     assert status(own, sealed(FRICTION, SPRING)) == [Status.TRACED, Status.ONE_OF_A_CLASS]
+
+
+def test_one_effect_that_is_not_confirmed_beside_one_that_is_leaves_a_remainder():
+    both = part([FRICTION, SPRING])
+    gains = {
+        str(FRICTION): SealedGain(0.6, Interval(0.5, 0.7)),
+        str(SPRING): SealedGain(0.0, Interval(-0.1, 0.1)),
+    }
+    rows = SimpleNamespace(gains=gains, is_confirmed=True, is_refit_worse=False)
+
+    assert status(both, rows) == [Status.TRACED, Status.NOT_CONFIRMED]
+    assert judged(both, rows) is Verdict.PARTLY
 
 
 def test_without_a_name_what_is_predictable_is_undeclared():

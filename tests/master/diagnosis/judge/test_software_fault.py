@@ -29,7 +29,9 @@ class Bench:
     def __init__(self, change=None):
         self.change = change or (lambda table: table)
         self.part = SimpleNamespace(
-            fmus=("soft",), columns=[SimpleNamespace(signal="a"), SimpleNamespace(signal="b")]
+            fmus=("soft",),
+            columns=[SimpleNamespace(signal="a"), SimpleNamespace(signal="b")],
+            compared={"soft.y": "y"},
         )
         self.outputs = ["soft.y"]
         self.in_use = np.arange(N) >= 20
@@ -187,3 +189,17 @@ def test_what_a_short_print_leaves_is_rounding_and_more_is_not(monkeypatch, seco
 
     assert "printed short" in unknown_rows(study(0.1 * np.round(right / 0.1)[:, None]), {}, predicted)
     assert not unknown_rows(study(0.1 * np.round(late(right) / 0.1)[:, None]), {}, predicted)
+
+
+def test_a_difference_of_two_printed_columns_has_the_rounding_of_both(monkeypatch):
+    """What is compared is a column in steps of 0.1 less the input b in steps of 1e-4: multiples of 1e-4."""
+    table = np.column_stack([A, 0.01 * B])
+    printed = 1e-4 * np.round(table / 1e-4)
+    monkeypatch.setattr(sys.modules[__name__], "TABLE", printed)
+    values = {"soft.gain": 2.0, "soft.on": 1.0}
+    right = replay(table, values)[:, 0]
+    measured = (0.1 * np.round((right + table[:, 1]) / 0.1) - printed[:, 1])[:, None]
+    predicted = replay(printed, values)
+
+    assert not unknown_rows(study(measured), {}, predicted)
+    assert "printed short" in unknown_rows(study(measured), {}, predicted, {"y": "b"})
