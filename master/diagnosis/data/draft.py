@@ -20,6 +20,7 @@ from master.fmi.unit_names import unit
 from master.recording.tables import Table, read_table
 
 from .clock import GAP, JITTER, Clock, coarsest_print, is_uneven, straightened
+from .counts import Wrap, wrap_of
 from .recordings import FEWEST_SAMPLES, same_clock
 from .rig_proposals import Proposal, Told, proposed
 
@@ -49,7 +50,8 @@ class DraftColumn:
 
     `unit` is "" where nothing tells it, `source` what tells it; `step` is that of its numbers, 0 without one;
     `floor` its noise floor and `evidence` what that is read from. All in the unit of the column. `logger` is
-    the place of its clock among those of the file.
+    the place of its clock among those of the file. `wrap`: it goes over the ends of its range; low and high
+    are those of what it is when it is followed there.
     """
 
     name: str
@@ -61,6 +63,7 @@ class DraftColumn:
     floor: float
     evidence: str
     logger: int = 0
+    wrap: Wrap | None = None
 
 
 @dataclass(frozen=True)
@@ -292,9 +295,9 @@ def report(facts: Facts) -> list[str]:
     for c in facts.columns:
         step = f", steps of {c.step:.4g}" if c.step else ""
         told = f"{c.unit} ({c.source})" if c.unit else "unit not told"
-        lines.append(
-            f"{c.name!r}: {c.low:.5g} to {c.high:.5g}, {told}, noise {c.floor:.3g} by {c.evidence}{step}"
-        )
+        wrap = f", {c.wrap}; followed" if c.wrap else ""
+        noise = f"noise {c.floor:.3g} by {c.evidence}{step}"
+        lines.append(f"{c.name!r}: {c.low:.5g} to {c.high:.5g}, {told}, {noise}{wrap}")
     if facts.left_out:
         lines.append(
             f"left out, not all numbers or of another length: {', '.join(map(repr, facts.left_out))}"
@@ -340,6 +343,9 @@ def _straightened(values: Array) -> Clock | None:
 
 def _column(table: Table, name: str, moving: Sequence[str], period: float, logger: int) -> DraftColumn:
     values: Array = table.columns[name]
+    wrap = wrap_of(values)
+    if wrap is not None:
+        values = wrap.followed(values)
     others = [table.columns[other] for other in moving if other != name]
     driving = np.column_stack(others) if others else np.empty((len(values), 0))
     floor = noise_floor([values], [driving], period)
@@ -354,6 +360,7 @@ def _column(table: Table, name: str, moving: Sequence[str], period: float, logge
         floor=floor.value,
         evidence=floor.evidence.value,
         logger=logger,
+        wrap=wrap,
     )
 
 
@@ -381,6 +388,9 @@ def _signal_line(key: str, column: DraftColumn, wanted: str, more: str) -> str:
     if not fits:
         told = f"guess: the column and its unit{f', told as {column.unit}' if column.unit else ''}"
         shown = "1" if column.unit else wanted
+    if column.wrap is not None:
+        more += f", {column.wrap.entry}"
+        told += "; and that it wraps there"
     return f"  {key}: {{column: {json.dumps(column.name)}, unit: {json.dumps(shown)}{more}}}  # {told}"
 
 
