@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 from master.coupling.schedule import Schedule
 from master.errors import FmuError
@@ -19,6 +19,7 @@ def initialise(
     t0: float,
     stop: float | None = None,
     given: Mapping[str, float] | None = None,
+    last: Collection[str] = (),
 ) -> None:
     """
     Enter initialisation, let the initial values run through the wires until they settle, and leave it.
@@ -33,6 +34,8 @@ def initialise(
         t0: Start of the run [s].
         stop: Time that no step goes beyond [s], if it is known.
         given: Values of inputs that come from no wire, by `instance.variable`.
+        last: Instances that leave initialisation after the others, with what these then give: not every FMU
+            computes its outputs before.
 
     Raises:
         FmuError: If an FMU refuses, or the values do not settle.
@@ -59,8 +62,13 @@ def initialise(
             f"initial values do not settle, got changes on {names}, expected no algebraic loop at the start "
             "or one that an iterated group solves",
         )
-    for slave in slaves.values():
-        slave.exit_initialisation()
+    for name, slave in slaves.items():
+        if name not in last:
+            slave.exit_initialisation()
+    for name in schedule.order:
+        if name in last:
+            _pull(schedule, slaves, wires.get(name, ()), sent)
+            slaves[name].exit_initialisation()
 
 
 def read_initial_values(

@@ -30,7 +30,7 @@ def row_taken(folder, given="u"):
     (folder / "run.csv").write_text("t,u,y\n" + rows)
     (folder / "case.yaml").write_text(CASE.replace("INPUT", given))
     [part] = cut(load_case(folder / "case.yaml")).parts
-    _, at = part.inputs["s"]["Real_in"]
+    [(_, at)] = part.columns
     return at
 
 

@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 from typing import Any
 
+from fmu_sources.effects.framework.placed import Placed
 from master import catalogue
 from master.diagnosis.answer.report.page import page
 from master.diagnosis.answer.report.panels import panels
@@ -18,6 +19,7 @@ from master.recording.whole_file import write_whole
 
 from .before_after import sealed
 from .corrected_fmus import Corrected, confirmed, correct
+from .port_names import with_port_names
 from .verdict import as_dict
 
 
@@ -48,7 +50,8 @@ def answer(
         drawn = panels(diagnosis, parts, folder / "panels")
         pictures = (panel.file for panel in drawn if panel.file)
         files = [*corrected.files, *pictures, folder / "report.html", folder / "report.json"]
-        report = as_dict(diagnosis, parts, [f.relative_to(folder).as_posix() for f in files])
+        names = [f.relative_to(folder).as_posix() for f in files]
+        report = with_port_names(as_dict(diagnosis, parts, names), diagnosis.system)
         units = _units(diagnosis, corrected)
     write_whole(folder / "report.json", json.dumps(report, indent=2, allow_nan=False) + "\n")
     write_whole(folder / "report.html", page(report, drawn, units))
@@ -57,6 +60,13 @@ def answer(
 
 def _units(diagnosis: Diagnosis, corrected: Corrected) -> dict[str, str]:
     """Units of all variables `fmu.name`, of models with effects too."""
-    descriptions = dict(diagnosis.system.descriptions)
+    system = diagnosis.system
+    descriptions = dict(system.descriptions)
     descriptions |= {fmu: read_description(file) for fmu, file in corrected.native.items()}
-    return {f"{fmu}.{name}": v.unit_name for fmu, d in descriptions.items() for name, v in d.by_name.items()}
+    units = {f"{fmu}.{name}": v.unit_name for fmu, d in descriptions.items() for name, v in d.by_name.items()}
+    for carrier in system.carriers.values():  # its own file knows nothing of the units of the port
+        units |= dict.fromkeys((f"{carrier.name}.u", f"{carrier.name}.y"), carrier.unit)
+    for placed in (e for part in diagnosis.parts for e in part.chosen.effects if e.fmu in system.carriers):
+        own = Placed(system.slots(placed.fmu)[placed.slot], placed.law, placed.prefix, "outputs")
+        units |= {f"{placed.fmu}.{v.name}": v.unit for v in own.declarations({})}
+    return {system.spoken(name): unit for name, unit in units.items()}

@@ -67,6 +67,7 @@ def replay(path: Path, corrected: Path | None = None) -> dict[str, Replayed]:
         where = loaded.where("per_recording")
         raise ConfigError([f"{where}: {problem}, got {loaded.case.per_recording}, expected none with --with"])
     system, recordings = opened(loaded)
+    loaded = system.loaded
     other = None if corrected is None else read_config(corrected)
     stretches = split_of(loaded, recordings).sealed.open()
     fit = {s.recording for s in split_of(loaded, recordings).fit}

@@ -11,6 +11,7 @@ import numpy as np
 from fmu_sources.effects.catalogue import effect, listed
 from fmu_sources.effects.framework.experiment import Experiment
 from master.diagnosis.adequacy.channels import Adequacy
+from master.diagnosis.case.carriers import ANSWER
 from master.diagnosis.judge.diagnose import Diagnosis
 from master.diagnosis.judge.part_result import PartResult
 from master.diagnosis.numerics.gains import SMALLEST_GAIN
@@ -69,7 +70,16 @@ def sentence(diagnosis: Diagnosis, sealed: Mapping[str, SealedPart]) -> str:
     failed = "".join(f" {name}: {own.failure}." for name, own in sealed.items() if own.failure)
     unknown = "".join(f" {p.name}: {p.unknown}." for p in diagnosis.parts if p.unknown)
     cut = "" if diagnosis.is_complete else " Stopped before all was tried: this is the best so far."
-    return " ".join(texts[kind].split()) + channels + _rows(diagnosis) + told + unknown + failed + cut
+    return (
+        " ".join(texts[kind].split())
+        + channels
+        + _rows(diagnosis)
+        + _late(diagnosis)
+        + told
+        + unknown
+        + failed
+        + cut
+    )
 
 
 def _rows(diagnosis: Diagnosis) -> str:
@@ -79,6 +89,37 @@ def _rows(diagnosis: Diagnosis) -> str:
         return ""
     listed_rows = ", ".join(f"{name} at the {row} of each step" for name, row in changed.items())
     return f" Measured inputs one row off from what the FMU says: {listed_rows}."
+
+
+def _late(diagnosis: Diagnosis) -> str:
+    """What it costs that an effect before a foreign FMU resists a motion that this FMU gives."""
+    carriers = diagnosis.system.carriers
+    return "".join(
+        f" {_lateness(diagnosis, part, e)}"
+        for part in diagnosis.parts
+        for e in part.chosen.effects
+        if e.fmu in carriers and carriers[e.fmu].is_late and e.slot != ANSWER
+    )
+
+
+def _lateness(diagnosis: Diagnosis, part: PartResult, placed: PlacedEffect) -> str:
+    """
+    When an effect acts that sees the motion: its force is held over a step, or interpolated by the FMU.
+
+    A run has no measured motion: its follower sees what the FMU gave before the step.
+    """
+    system = diagnosis.system
+    fmu = system.carriers[placed.fmu].fmu
+    bench = part.study.bench
+    step = 1e3 * bench.period / bench.options.oversample
+    row = bench.part.inputs[placed.fmu]["der_q"].row
+    shift = "late" if row == "start" else "early"
+    held = f"held over each step from its {row}, half a step ({0.5 * step:.3g} ms) {shift}"
+    acts = "without delay" if "input_hold" in system.descriptions[fmu].by_name else held
+    return (
+        f"{placed} acts at the measured speed, {acts}; in a run of the corrected system at that which {fmu} "
+        f"gave before, up to a step ({step:.3g} ms) late."
+    )
 
 
 def _named(placed: PlacedEffect, unknown: Mapping[str, str]) -> str:

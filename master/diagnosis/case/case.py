@@ -135,7 +135,8 @@ class SignalEntry(Section):
     """
     A column as a signal: sign * scale * column in `unit`; or the rate of another signal.
 
-    `bits` reads counts in two's complement, `wraps` follows a counter over its ends.
+    `bits` reads counts in two's complement. `wraps` follows a counter over the ends of its bits, or a column
+    over those of the range that it names, in its own unit: 360, 4096.
     """
 
     column: ColumnName | None = None
@@ -148,17 +149,26 @@ class SignalEntry(Section):
     lowpass: Positive | None = None
     rate_of: str | None = None
     bits: Annotated[Integer, Field(ge=2, le=52)] | None = None
-    wraps: Boolean = False
+    wraps: Boolean | Positive = False
 
     @model_validator(mode="after")
     def _one(self) -> SignalEntry:
-        if self.wraps and self.bits is None:
-            raise ValueError("wraps, got no bits, expected how many the counter has")
+        if self.wraps is True and self.bits is None:
+            raise ValueError("wraps, got no bits, expected how many the counter has, or a range like 360")
+        if self.wraps is not True and self.wraps and self.bits is not None:
+            raise ValueError("wraps, got a range and bits, expected wraps: true, or no bits")
         if (self.column is None) == (self.rate_of is None):
             raise ValueError("a signal has either 'column' or 'rate_of'")
         if self.scale == 0.0:
             raise ValueError("scale, got 0, expected another number")
         return self
+
+    @property
+    def range(self) -> float | None:
+        """The range that the column wraps at, in its own unit; None if it does not."""
+        if self.wraps is True and self.bits is not None:
+            return 2.0**self.bits
+        return float(self.wraps) if self.wraps else None
 
 
 def _input(value: Any) -> Any:

@@ -8,7 +8,7 @@ of a part points to its FMUs alone.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal, NamedTuple
 
@@ -26,6 +26,7 @@ from master.system.config import UNKNOWN_SOURCE, Config, LoadedConfig, read_conf
 from master.system.graph import System, Wire, join
 from master.text.signal_name import SignalName
 
+from .carriers import Carrier, carried_case, carried_system, carriers_of, hands_on
 from .case import Case, LoadedCase
 from .faults import faults
 
@@ -47,7 +48,7 @@ class CutPart:
     `inputs`: FMU to variable to what was measured of it. `wired`: FMU to variable to the output
     `instance.variable` that drives it, `conversions`: input `instance.variable` to what becomes of the
     value on its wire. `compared`: output `instance.variable` to signal. `foreign`: FMUs of which no model is
-    known.
+    known. `carriers`: followers at their ports, which the case does not name.
     """
 
     fmus: tuple[str, ...]
@@ -56,11 +57,15 @@ class CutPart:
     compared: Mapping[str, str]
     foreign: frozenset[str] = frozenset()
     conversions: Mapping[str, Conversion] = field(default_factory=dict)
+    carriers: frozenset[str] = frozenset()
 
     @property
     def begins_before_its_rows(self) -> bool:
         """Whether the first row may be what a foreign FMU made of an input before the recording."""
-        return any(m.row == "start" for fmu in self.foreign for m in self.inputs[fmu].values())
+        carrying = {SignalName(s).instance for fmu in self.foreign for s in self.wired[fmu].values()}
+        return any(
+            m.row == "start" for fmu in self.foreign | carrying for m in self.inputs.get(fmu, {}).values()
+        )
 
     @property
     def columns(self) -> list[MeasuredInput]:
@@ -70,37 +75,118 @@ class CutPart:
     @property
     def name(self) -> str:
         """Names of its FMUs."""
-        return " and ".join(self.fmus)
+        return " and ".join(fmu for fmu in self.fmus if fmu not in self.carriers)
 
 
 @dataclass(frozen=True)
 class CutSystem:
-    """The system of a case: sources and start values of all FMUs, and the parts that are compared."""
+    """
+    The system of a case: sources and start values of all FMUs, and the parts that are compared.
 
+    `carriers` are followers at the ports of foreign FMUs, by the names of their instances; `loaded` is the
+    case with them in the place of those ports.
+    """
+
+    loaded: LoadedCase
     config: Config
     folder: Path
     sources: Mapping[str, str]
     values: Values
     descriptions: Mapping[str, Description]
     parts: tuple[CutPart, ...]
+    carriers: Mapping[str, Carrier] = field(default_factory=dict)
 
     def model(self, fmu: str) -> Model | None:
         """Model that an FMU was built from; None for a foreign file."""
         source = self.sources[fmu]
         return None if catalogue.is_path(source) else registry.load(source)
 
+    def spoken(self, text: str) -> str:
+        """Name ports of foreign FMUs where a text names the followers that carry them."""
+        for carrier in self.carriers.values():
+            text = carrier.spoken(text)
+        return text
+
     def slots(self, fmu: str) -> dict[str, Slot]:
         """Slots of an FMU by name."""
+        if fmu in self.carriers:
+            return self.carriers[fmu].slots
         model = self.model(fmu)
         return {} if model is None else {s.name: s for s in all_slots(model)}
 
 
 def cut(loaded: LoadedCase, progress: catalogue.Progress = catalogue.silent) -> CutSystem:
     """
-    Read the system of a case and cut it.
+    Read the system of a case and cut it; foreign FMUs get followers at their ports, which have slots.
 
     Raises:
         ConfigError: With every fault: of the system, or of the names that the case uses in it.
+    """
+    plain = _joined(loaded, progress)
+    carriers = carriers_of(loaded.case, plain.system, plain.foreign)
+    if not carriers:
+        return plain.cut()
+    carried = replace(loaded, case=carried_case(loaded.case, carriers))
+    with_followers = carried_system(plain.config.config, carriers, loaded.case, plain.order)
+    config = replace(plain.config, config=with_followers)
+    system, sources, problems = _system(config, carried, progress)
+    if problems:
+        raise ConfigError(problems)
+    return _Joined(carried, config, system, sources, tuple(carriers)).cut()
+
+
+@dataclass(frozen=True)
+class _Joined:
+    """A case and its system, joined and without faults."""
+
+    loaded: LoadedCase
+    config: LoadedConfig
+    system: System
+    sources: Mapping[str, str]
+    carriers: tuple[Carrier, ...] = ()
+
+    @property
+    def foreign(self) -> list[str]:
+        """FMUs of which no model is known."""
+        return [name for name, source in self.sources.items() if catalogue.is_path(source)]
+
+    @property
+    def order(self) -> list[str]:
+        """FMUs in the order in which they step."""
+        given = self.config.config.coupling.order
+        return make_schedule(self.system, given, self.config.where("coupling", "order")).order
+
+    def cut(self) -> CutSystem:
+        """Cut the system where signals were measured."""
+        case = self.loaded.case
+        system = self.system
+        order = self.order
+        values: Values = {name: dict(i.start) for name, i in system.instances.items()}
+        for signal, value in case.set.items():
+            name, variable = SignalName(signal).parts
+            values[name][variable] = parse(system.port(signal).variable, value)
+        carriers = {c.name: c for c in self.carriers}
+        return CutSystem(
+            loaded=self.loaded,
+            config=self.config.config,
+            folder=self.config.folder,
+            sources=self.sources,
+            values=values,
+            descriptions={
+                name: carriers[name].described(i.description) if name in carriers else i.description
+                for name, i in system.instances.items()
+            },
+            parts=_parts(self.loaded, system, order, self.foreign, carriers),
+            carriers=carriers,
+        )
+
+
+def _joined(loaded: LoadedCase, progress: catalogue.Progress) -> _Joined:
+    """
+    Read and join the system of a case.
+
+    Raises:
+        ConfigError: With every fault.
     """
     config = _config(loaded)
     system, sources, problems = _system(config, loaded, progress)
@@ -109,21 +195,7 @@ def cut(loaded: LoadedCase, progress: catalogue.Progress = catalogue.silent) -> 
         problems += _wire_faults(loaded, system)
     if problems:
         raise ConfigError(problems)
-    schedule = make_schedule(system, config.config.coupling.order, config.where("coupling", "order"))
-    order = schedule.order
-    values: Values = {name: dict(i.start) for name, i in system.instances.items()}
-    for signal, value in loaded.case.set.items():
-        name, variable = SignalName(signal).parts
-        values[name][variable] = parse(system.port(signal).variable, value)
-    foreign = {name for name, source in sources.items() if catalogue.is_path(source)}
-    return CutSystem(
-        config=config.config,
-        folder=config.folder,
-        sources=sources,
-        values=values,
-        descriptions={name: i.description for name, i in system.instances.items()},
-        parts=_parts(loaded, system, order, foreign),
-    )
+    return _Joined(loaded, config, system, sources)
 
 
 def _config(loaded: LoadedCase) -> LoadedConfig:
@@ -172,7 +244,11 @@ def _system(
 
 
 def _parts(
-    loaded: LoadedCase, system: System, order: list[str], foreign: Collection[str] = ()
+    loaded: LoadedCase,
+    system: System,
+    order: list[str],
+    foreign: Collection[str] = (),
+    carriers: Collection[str] = (),
 ) -> tuple[CutPart, ...]:
     case = loaded.case
     group = {name: name for name in order}
@@ -199,6 +275,7 @@ def _parts(
                 wired=wired,
                 compared=compared,
                 foreign=frozenset(foreign) & set(members),
+                carriers=frozenset(carriers) & set(members),
                 conversions={w.target.name: w.conversion for w in wires if w.target.instance in members},
             )
         )
@@ -242,6 +319,9 @@ def _inputs(
     foreign FMU at once hands it the row that this takes.
     """
     compared = [SignalName(key) for key in loaded.case.compared]
+    compared += [
+        SignalName(w.source.name) for w in system.wires if _is_compared(system, w, compared, foreign)
+    ]
     inputs: dict[str, MeasuredInput] = {}
     for key, entry in loaded.case.inputs.items():
         fmu, variable = SignalName(key).parts
@@ -250,6 +330,17 @@ def _inputs(
             row = _row(system, *(carried or (name, variable)), compared)
             inputs[variable] = MeasuredInput(entry.signal, entry.at or row)
     return inputs
+
+
+def _is_compared(
+    system: System, wire: Wire, compared: Sequence[SignalName], foreign: Collection[str]
+) -> bool:
+    """Whether a wire takes an output of a foreign FMU to what hands it on at once to what is compared."""
+    follower = system.instances[wire.target.instance]
+    outputs = [signal.variable for signal in compared if signal.instance == wire.target.instance]
+    return wire.source.instance in foreign and any(
+        hands_on(follower, wire.target.variable.name, output) for output in outputs
+    )
 
 
 def _row(system: System, name: str, variable: str, compared: Sequence[SignalName]) -> Literal["start", "end"]:
@@ -261,11 +352,10 @@ def _row(system: System, name: str, variable: str, compared: Sequence[SignalName
 
 def _carried(system: System, name: str, variable: str, foreign: Collection[str]) -> tuple[str, str] | None:
     """Input of a foreign FMU that an FMU of our own carries one of its inputs to, at once."""
-    description = system.instances[name].description
     if name in foreign:
         return None
     for w in system.wires:
         is_from_here = w.source.instance == name and w.target.instance in foreign
-        if is_from_here and description.hands_through(variable, w.source.variable.name):
+        if is_from_here and hands_on(system.instances[name], variable, w.source.variable.name):
             return w.target.instance, w.target.variable.name
     return None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from fmu_sources.composed import registry
 from fmu_sources.composed.composition import all_slots
@@ -17,6 +17,7 @@ from master.fmi.values import parse
 from master.system.graph import Instance, System
 from master.text.signal_name import SignalName
 
+from .carriers import port_slots
 from .case import LoadedCase, RefitEntry
 
 _KINDS = {
@@ -35,11 +36,13 @@ def faults(loaded: LoadedCase, system: System, sources: Mapping[str, str]) -> li
         system: Its system.
         sources: Source of each FMU: name of a model, or file.
     """
-    slots = {name: _slots(source) for name, source in sources.items()}
+    foreign = [name for name, source in sources.items() if catalogue.is_path(source)]
+    slots = {name: _slots(source) for name, source in sources.items() if name not in foreign}
+    of_ports = port_slots(loaded.case, system, [f for f in foreign if f in system.instances])
     return [
         *_names(loaded, system),
         *_windows(loaded, system),
-        *_slot_faults(loaded, system, slots),
+        *_slot_faults(loaded, system, slots, of_ports),
         *_start_faults(loaded, system, slots),
         *_kinds(loaded, system),
         *_values(loaded, system),
@@ -83,32 +86,39 @@ def _windows(loaded: LoadedCase, system: System) -> Iterator[str]:
 
 
 def _slots(source: str) -> dict[str, Slot]:
-    """Slots of a model; none in a foreign file."""
-    return {} if catalogue.is_path(source) else {s.name: s for s in all_slots(registry.load(source))}
+    """Slots of a model."""
+    return {s.name: s for s in all_slots(registry.load(source))}
 
 
 def _slot_faults(
-    loaded: LoadedCase, system: System, slots: Mapping[str, Mapping[str, Slot]]
+    loaded: LoadedCase,
+    system: System,
+    slots: Mapping[str, Mapping[str, Slot]],
+    of_ports: Mapping[str, Mapping[str, Sequence[Slot]]],
 ) -> Iterator[str]:
     for key, names in loaded.case.slots.items():
         fmu, name = SignalName(key).instance, SignalName(key).variable
         place = loaded.where("slots", key)
-        if fmu not in slots:
+        if fmu in of_ports:
+            if name not in of_ports[fmu]:
+                ports = expected(name, of_ports[fmu]) if of_ports[fmu] else "which this FMU has none of"
+                yield (
+                    f"{place}: no slot at this port of a file, got {name!r}, expected a number that is named "
+                    f"in `inputs` or `compared`, {ports}"
+                )
+            elif names != "all":
+                yield from _effect_faults(place, of_ports[fmu][name], names)
+        elif fmu not in slots:
             if fmu not in system.descriptions:
                 yield f"{place}: no such FMU, got {fmu!r}, {expected(fmu, system.descriptions)}"
-        elif not slots[fmu]:
-            yield (
-                f"{place}: {fmu} is a file without slots, got {name!r}, expected slots of the system's own "
-                "models: wire a static_follower before or after it (docs/recordings.md)"
-            )
         elif name not in slots[fmu]:
             yield f"{place}: no such slot, got {name!r}, {expected(name, slots[fmu])}"
         elif names != "all":
-            yield from _effect_faults(place, slots[fmu][name], names)
+            yield from _effect_faults(place, [slots[fmu][name]], names)
 
 
-def _effect_faults(place: str, slot: Slot, names: Iterable[str]) -> Iterator[str]:
-    fitting = [e.name for e in effects.listed().values() if fits(e, slot)]
+def _effect_faults(place: str, slots: Sequence[Slot], names: Iterable[str]) -> Iterator[str]:
+    fitting = [e.name for e in effects.listed().values() if any(fits(e, slot) for slot in slots)]
     for name in names:
         if name not in effects.listed():
             yield f"{place}: no such effect, got {name!r}, {expected(name, fitting)}"
@@ -130,7 +140,7 @@ def _start_faults(
                 yield f"{place}: no such FMU, got {fmu!r}, {expected(fmu, system.descriptions)}"
             continue
         known = [*system.instances[fmu].description.by_name]
-        brought = [f"{slot}_{state}" for slot in slots[fmu] for state in _states()]
+        brought = [f"{slot}_{state}" for slot in slots.get(fmu, {}) for state in _states()]
         if name not in known and name not in brought:
             yield f"{place}: no such variable, got {name!r}, {expected(name, [*brought, *known])}"
 

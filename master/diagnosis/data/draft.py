@@ -6,7 +6,7 @@ import json
 import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -20,8 +20,10 @@ from master.fmi.unit_names import unit
 from master.recording.tables import Table, read_table
 
 from .clock import GAP, JITTER, Clock, coarsest_print, is_uneven, straightened
+from .counts import Wrap, wrap_of
 from .recordings import FEWEST_SAMPLES, same_clock
 from .rig_proposals import Proposal, Told, proposed
+from .rigs_by_data import by_data
 
 _IN_NAME = re.compile(r"^(.*?)\s*[\[(]([^\])]+)[\])]$")
 _AT_END = re.compile(  # of one letter, `p_A` is as likely a place as a unit
@@ -49,7 +51,8 @@ class DraftColumn:
 
     `unit` is "" where nothing tells it, `source` what tells it; `step` is that of its numbers, 0 without one;
     `floor` its noise floor and `evidence` what that is read from. All in the unit of the column. `logger` is
-    the place of its clock among those of the file.
+    the place of its clock among those of the file. `wrap`: it goes over the ends of its range; low and high
+    are those of what it is when it is followed there.
     """
 
     name: str
@@ -61,6 +64,7 @@ class DraftColumn:
     floor: float
     evidence: str
     logger: int = 0
+    wrap: Wrap | None = None
 
 
 @dataclass(frozen=True)
@@ -82,12 +86,14 @@ class Facts:
     What a recording shows: its clocks, its columns, and what a reader said of it.
 
     A file of several loggers has a clock for each, the one with most rows first; None where none was found.
+    `constants` are columns that never change: their value and unit, "" where nothing tells it.
     """
 
     table: Table
     clocks: tuple[DraftClock | None, ...]
     columns: tuple[DraftColumn, ...]
     left_out: tuple[str, ...]
+    constants: Mapping[str, tuple[float, str]] = field(default_factory=dict)
 
     @property
     def clock(self) -> DraftClock | None:
@@ -123,13 +129,21 @@ def facts_of(path: Path) -> Facts:
         raise DataError(f"{path}: {got}, expected two or more of {FEWEST_SAMPLES} rows or more")
     clocks = []
     columns: list[DraftColumn] = []
+    constants: dict[str, tuple[float, str]] = {}
     for logger, names in enumerate(loggers):
         clock = _clock(table, names)
-        moving = [n for n in names if (clock is None or n != clock.column) and np.ptp(table.columns[n])]
+        others = [n for n in names if clock is None or not _is_clock(table, clock.column, n)]
+        moving = [n for n in others if np.ptp(table.columns[n])]
+        constants |= {n: (float(table.columns[n][0]), _unit(table, n)[0]) for n in others if n not in moving}
         period = 1.0 if clock is None else clock.period * unit(clock.unit).factor
         clocks.append(clock)
         columns += [_column(table, name, moving, period, logger) for name in moving]
-    return Facts(table, tuple(clocks), tuple(columns), left_out)
+    return Facts(table, tuple(clocks), tuple(columns), left_out, constants)
+
+
+def _is_clock(table: Table, clock: str, name: str) -> bool:
+    """Whether a column is the clock, or that of another channel which is the same."""
+    return name == clock or (name in table.clocks.values() and same_clock(table, clock, name))
 
 
 def _loggers(table: Table) -> list[list[str]]:
@@ -157,9 +171,10 @@ def _loggers(table: Table) -> list[list[str]]:
 
 def case_text(name: str, files: Sequence[str], facts: Facts) -> str:
     """Write the case as YAML: `files` as seen from its folder; every guess has a comment."""
-    told = {c.name: c for c in facts.columns}
-    found = _proposed(facts)
-    used = [] if found is None else sorted({told[column].logger for column in found.columns.values()})
+    logger = {c.name: c.logger for c in facts.columns}
+    rigs = _proposed(facts)
+    found = rigs[0] if rigs else None
+    used = [] if found is None else sorted({logger[column] for column in found.columns.values()})
     first = used[0] if used else 0
     clock = facts.clocks[first]
     n_rows = facts.rows_of(first)
@@ -173,7 +188,7 @@ def case_text(name: str, files: Sequence[str], facts: Facts) -> str:
         "recordings:",
         *(_recording_line(_key(file, i), file, merge) for i, file in enumerate(files)),
         *_time_lines(clock),
-        *(_without_model(facts) if found is None else _model_lines(found, told, period, n_rows)),
+        *(_without_model(facts) if found is None else _model_lines(rigs, facts, period, n_rows)),
         "split:",
         f"  blocks: {_PATTERN}",
         f"  guard: {guard:.4g}",
@@ -181,17 +196,17 @@ def case_text(name: str, files: Sequence[str], facts: Facts) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _proposed(facts: Facts) -> Proposal | None:
-    """A rig for the columns of at most two loggers: a recording of a case has one more than its own."""
+def _proposed(facts: Facts) -> list[Proposal]:
+    """Rigs for the columns of at most two loggers: a recording of a case has one more than its own."""
     found = proposed([Told(c.name, c.unit) for c in facts.columns])
-    if found is None:
-        return None
+    if not found:
+        return []
     logger = {c.name: c.logger for c in facts.columns}
-    used = Counter(logger[column] for column in found.columns.values())
-    if len(used) <= 2:
-        return found
-    kept = {place for place, _ in used.most_common(2)}
-    return proposed([Told(c.name, c.unit) for c in facts.columns if c.logger in kept])
+    used = Counter(logger[column] for column in found[0].columns.values())
+    if len(used) > 2:
+        kept = {place for place, _ in used.most_common(2)}
+        found = proposed([Told(c.name, c.unit) for c in facts.columns if c.logger in kept])
+    return by_data(found, facts)
 
 
 def _merge_text(found: Proposal, facts: Facts, logger: int, first: DraftClock | None) -> str:
@@ -210,15 +225,19 @@ def _recording_line(key: str, file: str, merge: str | None) -> str:
     return f"  {key}: {{file: {name}, merge: {{file: {name}, {merge}}}}}  # guess: two clocks, no delay"
 
 
-def _model_lines(found: Proposal, told: Mapping[str, DraftColumn], period: float, n_rows: int) -> list[str]:
-    """The rig, its signals, what drives it, what it gives, and what may be a wrong number."""
+def _model_lines(rigs: Sequence[Proposal], facts: Facts, period: float, n_rows: int) -> list[str]:
+    """The first rig, its signals, what drives it, what it gives, and what may be a wrong number."""
+    told = {c.name: c for c in facts.columns}
+    found = rigs[0]
     rig = found.rig
+    also = " or ".join(dict.fromkeys(own.rig.source for own in rigs[1:]))
+    guessed = f"guess: the model; it may be {also}" if also else "guess: the model"
     model = registry.load(rig.source)
     fmu = "axis" if "axis" in rig.source else "rig"
     units = {v.name: v.unit for v in model.all_variables}
     made = ", ".join(f"{fmu}.{v}: {v}" for v in (*rig.drives, *rig.rates))
     given = ", ".join(f"{fmu}.{v}: {v}" for v in found.compared)
-    lines = [f"fmus: {{{fmu}: {{source: {rig.source}}}}}  # guess: the model", "signals:"]
+    lines = [f"fmus: {{{fmu}: {{source: {rig.source}}}}}  # {guessed}", "signals:"]
     for variable, column in found.columns.items():
         is_rated = variable in rig.rates.values()
         low_pass = f", lowpass: {_SHARE_OF_RATE / period:.4g}" if is_rated else ""
@@ -229,8 +248,8 @@ def _model_lines(found: Proposal, told: Mapping[str, DraftColumn], period: float
         f"compared: {{{given}}}  # guess: what the model should give",
     ]
     if rig.set:
-        values = ", ".join(f"{fmu}.{v}: {value:g}" for v, value in rig.set.items())
-        lines.append(f"set: {{{values}}}  # guess: not recorded")
+        lines.append("set:")
+        lines += [_set_line(f"{fmu}.{v}", value, units[v], facts) for v, value in rig.set.items()]
     lines.append("refit:  # guess: bounds")
     starts = {v.name: v for v in model.group(Role.PARAMETER)}
     for parameter in rig.refit:
@@ -248,6 +267,19 @@ def _model_lines(found: Proposal, told: Mapping[str, DraftColumn], period: float
     if rig.drifts:
         lines.append(f"replay: {{windows: {{{fmu}: {_WINDOW * period:g}}}}}  # guess: the model drifts")
     return lines
+
+
+def _set_line(key: str, value: float, si: str, facts: Facts) -> str:
+    """A value that is seldom recorded: that of the one constant column of its dimensions, if there is one."""
+    fitting = {
+        name: unit(told).factor * constant + unit(told).offset
+        for name, (constant, told) in facts.constants.items()
+        if told and unit(told).exponents == unit(si).exponents
+    }
+    if len(fitting) != 1:
+        return f"  {key}: {value:g}  # guess: not recorded"
+    ((name, constant),) = fitting.items()
+    return f"  {key}: {constant!r}  # guess: the column {json.dumps(name)}, which never changes"
 
 
 def _without_model(facts: Facts) -> list[str]:
@@ -292,9 +324,12 @@ def report(facts: Facts) -> list[str]:
     for c in facts.columns:
         step = f", steps of {c.step:.4g}" if c.step else ""
         told = f"{c.unit} ({c.source})" if c.unit else "unit not told"
-        lines.append(
-            f"{c.name!r}: {c.low:.5g} to {c.high:.5g}, {told}, noise {c.floor:.3g} by {c.evidence}{step}"
-        )
+        wrap = f", {c.wrap}; followed" if c.wrap else ""
+        noise = f"noise {c.floor:.3g} by {c.evidence}{step}"
+        lines.append(f"{c.name!r}: {c.low:.5g} to {c.high:.5g}, {told}, {noise}{wrap}")
+    if facts.constants:
+        shown = (f"{name!r} {value:.5g} {told}".rstrip() for name, (value, told) in facts.constants.items())
+        lines.append(f"never change: {', '.join(shown)}")
     if facts.left_out:
         lines.append(
             f"left out, not all numbers or of another length: {', '.join(map(repr, facts.left_out))}"
@@ -340,6 +375,9 @@ def _straightened(values: Array) -> Clock | None:
 
 def _column(table: Table, name: str, moving: Sequence[str], period: float, logger: int) -> DraftColumn:
     values: Array = table.columns[name]
+    wrap = wrap_of(values)
+    if wrap is not None:
+        values = wrap.followed(values)
     others = [table.columns[other] for other in moving if other != name]
     driving = np.column_stack(others) if others else np.empty((len(values), 0))
     floor = noise_floor([values], [driving], period)
@@ -354,6 +392,7 @@ def _column(table: Table, name: str, moving: Sequence[str], period: float, logge
         floor=floor.value,
         evidence=floor.evidence.value,
         logger=logger,
+        wrap=wrap,
     )
 
 
@@ -381,6 +420,9 @@ def _signal_line(key: str, column: DraftColumn, wanted: str, more: str) -> str:
     if not fits:
         told = f"guess: the column and its unit{f', told as {column.unit}' if column.unit else ''}"
         shown = "1" if column.unit else wanted
+    if column.wrap is not None:
+        more += f", {column.wrap.entry}"
+        told += "; and that it wraps there"
     return f"  {key}: {{column: {json.dumps(column.name)}, unit: {json.dumps(shown)}{more}}}  # {told}"
 
 

@@ -96,7 +96,7 @@ def _one(loaded: LoadedCase, name: str) -> list[Recording]:
     path = loaded.file(entry)
     columns = {
         key: Column(
-            entry.columns.get(key, s.column), s.unit, s.scale, s.sign, s.offset, bits=s.bits, wraps=s.wraps
+            entry.columns.get(key, s.column), s.unit, s.scale, s.sign, s.offset, bits=s.bits, wraps=s.range
         )
         for key, s in case.signals.items()
         if s.column is not None

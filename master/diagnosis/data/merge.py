@@ -11,12 +11,14 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 import scipy  # loads its packages when they are used
 
 from master.diagnosis.numerics.arrays import Array, Mask
+from master.diagnosis.numerics.noise_floor import noise_floor
 from master.errors import DataError
 
 from .recordings import FEWEST_OF_PIECE, Rows
@@ -31,6 +33,8 @@ LEAST_FALL = 0.02  # of what is left at the worst delay: less tells no delay
 LEAST_KNOWN = 0.25  # of the distance of the bounds
 MARGIN = 3.0  # periods of the slowest oscillation that is left out, at the ends of a piece
 HELP = "name a quantity that both recorded (shared), or give the delay"
+MOST_PULLED = 3.0  # deviations that a delay may move with as much noise again
+N_DRAWS = 2  # of noise
 LONGEST_MEMORY = 0.1  # of the rows, over which residuals may be alike
 
 
@@ -147,9 +151,9 @@ def by_relation(
     """
     taken = _Taken(second, tuple(second.signals))
 
-    def related(delay: float, rows: slice) -> Related:
-        shifted = taken(first.t[rows] + delay)
-        columns = {name: values[rows] for name, values in first.signals.items()}
+    def related(delay: float, rows: slice, of: Rows = first) -> Related:
+        shifted = taken(of.t[rows] + delay)
+        columns = {name: values[rows] for name, values in of.signals.items()}
         columns |= {name: shifted[:, i] for i, name in enumerate(second.signals)}
         signals = made(columns, first.period)
         speeds = [v for v in (signals[name] for name in rates) if np.abs(v).max() > 0.0]
@@ -158,7 +162,36 @@ def by_relation(
         return Related(np.column_stack([signals[name] for name in compared]), np.column_stack(basis))
 
     source = "by how what is compared follows what drives"
-    return _Estimate(first, second, sought, related, open_rows).found(source)
+    found = _Estimate(first, second, sought, related, open_rows).found(source)
+    pulled = _pulled(related, first, second, open_rows, sought)
+    if abs(pulled - found.value) > max(MOST_PULLED * found.deviation, 0.5 * max(first.period, second.period)):
+        raise DataError(
+            f"merge.delay: got {found.value:.6g} s, and {pulled:.6g} s with as much noise again on what the "
+            f"first recorded: a delay looks like the rest of the relation here: {HELP}"
+        )
+    return replace(found, deviation=max(found.deviation, abs(pulled - found.value)))
+
+
+def _pulled(
+    related: Callable[..., Related], first: Rows, second: Rows, open_rows: Mask, sought: Sought
+) -> float:
+    """
+    The delay [s] with twice the power of the noise on the columns of the first logger, over some draws.
+
+    Noise on what drives makes its coefficients too small, and what looks like them, a delay too, makes up for
+    it: by about as much as the delay moves here.
+    """
+    floors = {
+        name: noise_floor([v], [np.empty((len(v), 0))], first.period) for name, v in first.signals.items()
+    }
+    found = []
+    for seed in range(N_DRAWS):
+        rng = np.random.default_rng(seed)
+        noisy = {n: v + floors[n].value * rng.standard_normal(len(v)) for n, v in first.signals.items()}
+        own = replace(first, signals=noisy)
+        estimate = _Estimate(own, second, sought, partial(related, of=own), open_rows)
+        found.append(estimate.best())
+    return float(np.mean(found))
 
 
 class Related(NamedTuple):
@@ -214,6 +247,17 @@ class _Estimate:
         self._counted = [np.flatnonzero(own)[::every] for own in counted]
         ends = [self._filtered(delay).basis for delay in (sought.low, sought.high)]
         self._fixed = np.linalg.qr(ends[0])[0] if np.array_equal(ends[0], ends[1]) else None
+
+    def best(self) -> float:
+        """The delay [s] that leaves least between the bounds, whatever it is worth."""
+        grid = np.linspace(self._sought.low, self._sought.high, N_GRID)
+        at = int(np.argmin([self._cost(float(d)) for d in grid]))
+        around = (float(grid[max(0, at - 1)]), float(grid[min(N_GRID - 1, at + 1)]))
+        tolerance = TOLERANCE * (self._sought.high - self._sought.low)
+        found = scipy.optimize.minimize_scalar(
+            self._cost, bounds=around, method="bounded", options={"xatol": tolerance}
+        )
+        return float(found.x)
 
     def found(self, source: str) -> Delay:
         """The delay and its deviation; raises DataError where the rows do not tell it."""

@@ -14,7 +14,7 @@ from master.fmi.unit_names import unit
 from master.recording.tables import Table, read_table, shortened
 
 from .clock import ClockRules, clock_of, coarsest_print
-from .counts import signed, unwrapped
+from .counts import signed, unwrapped, wrap_of
 from .resample import Method, resampled
 
 FEWEST_SAMPLES = 200  # of a recording: below, no part of it says anything
@@ -30,7 +30,8 @@ class Column:
     """
     How a column becomes a signal: sign * scale * column, from `unit` to SI, minus `offset` [SI].
 
-    `bits` is the width of a counter in two's complement; `wraps` follows it over its ends.
+    `bits` is the width of a counter in two's complement; `wraps` is the range that it, or an angle, is
+    followed over the ends of, in the unit of the column.
     """
 
     column: str
@@ -39,7 +40,7 @@ class Column:
     sign: int = 1
     offset: float = 0.0
     bits: int | None = None
-    wraps: bool = False
+    wraps: float | None = None
 
 
 @dataclass(frozen=True)
@@ -240,22 +241,30 @@ def _clock(table: Table, rules: Rules) -> Column:
 
 
 def _counted(values: Array, c: Column, where: str, notes: list[str], problems: list[str]) -> Array:
-    """Counts in two's complement as numbers with a sign, followed over the ends of their counter."""
-    if c.bits is None:
+    """Counts in two's complement as numbers with a sign, and what wraps followed over its ends."""
+    if c.bits is None and c.wraps is None:
+        _tell_wrap(values, c, notes)
         return values
     try:
-        counts = signed(values, c.bits)
-        if c.wraps:
-            counts = unwrapped(counts, c.bits)
+        counts = values if c.bits is None else signed(values, c.bits)
+        followed = counts if c.wraps is None else unwrapped(counts, c.wraps)
     except ValueError as error:
         problems.append(f"{where}: column {c.column!r}: {error}")
         return values
-    n = int(np.sum(counts != values))
-    over = " and followed over its ends" if c.wraps else ""
-    notes.append(
-        f"{c.column!r}: read as {c.bits} bits in two's complement{over}, {n} of {len(values)} rows changed"
-    )
-    return counts
+    told = [] if c.bits is None else [f"read as {c.bits} bits in two's complement"]
+    if c.wraps is not None:
+        times = int(np.sum(np.abs(np.diff(counts)) > 0.5 * c.wraps))
+        told.append(f"followed {times} times over the ends of its range of {c.wraps:.7g}")
+    n = int(np.sum(followed != values))
+    notes.append(f"{c.column!r}: {' and '.join(told)}, {n} of {len(values)} rows changed")
+    return followed
+
+
+def _tell_wrap(values: Array, c: Column, notes: list[str]) -> None:
+    """Say of a column that wraps and is taken as it is that it does."""
+    wrap = wrap_of(values) if np.isfinite(values).all() else None
+    if wrap is not None:
+        notes.append(f"{c.column!r}: {wrap}; taken as it is: write {wrap.entry} if it is one")
 
 
 def _signal(values: Array, c: Column) -> Array:

@@ -40,6 +40,7 @@ class Rig:
     `also` is compared where it was recorded, `rates` are inputs that are made from others, `set` those that
     are seldom recorded, `refit` what may be a wrong number, `states` the start values that are not known.
     `drifts` where it is replayed in windows.
+    `linear`: signals that what is compared is a sum of, each times a parameter above 0; none where it is not.
     """
 
     source: str
@@ -51,6 +52,7 @@ class Rig:
     set: Mapping[str, float] = field(default_factory=dict)
     states: Sequence[str] = ()
     drifts: bool = False
+    linear: Sequence[str] = ()
 
 
 @dataclass(frozen=True)
@@ -77,6 +79,16 @@ RIGS = (
         {"force": "force"},
         ("mass", "damping"),
         rates={"der_q": "q", "der_der_q": "der_q"},
+        linear=("der_q", "der_der_q"),
+    ),
+    Rig(
+        "motion_driven_specimen",
+        {"x": "position"},
+        {"force": "force"},
+        ("stiffness", "damping"),
+        rates={"der_x": "x"},
+        set={"load": 0.0},
+        linear=("x", "der_x"),
     ),
     Rig(
         "controlled_damper",
@@ -98,6 +110,7 @@ RIGS = (
         {"torque": "torque"},
         ("inertia", "damping"),
         rates={"der_q": "q", "der_der_q": "der_q"},
+        linear=("der_q", "der_der_q"),
     ),
     Rig(
         "cylinder",
@@ -221,16 +234,15 @@ def quantities_of(column: Told) -> tuple[Sequence[str], bool]:
     return ([], True) if exponents else (fitting, False)
 
 
-def proposed(columns: Sequence[Told]) -> Proposal | None:
-    """The rig that explains most of the columns; None with fewer than two."""
+def proposed(columns: Sequence[Told]) -> list[Proposal]:
+    """Rigs that explain most of the columns, all with as many; none with fewer than two columns."""
     if len(columns) < 2:
-        return None
-    best: Proposal | None = None
-    for rig in RIGS:
-        found = _matched(rig, columns)
-        if found is not None and (best is None or len(found.columns) > len(best.columns)):
-            best = found
-    return best or _matched(FOLLOWER, columns)
+        return []
+    found = [own for rig in RIGS if (own := _matched(rig, columns)) is not None]
+    most = max((len(own.columns) for own in found), default=0)
+    best = [own for own in found if len(own.columns) == most]
+    follower = _matched(FOLLOWER, columns)
+    return best or ([] if follower is None else [follower])
 
 
 def _matched(rig: Rig, columns: Sequence[Told]) -> Proposal | None:

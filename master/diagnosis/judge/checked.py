@@ -49,6 +49,7 @@ def check_case(path: Path, progress: catalogue.Progress = catalogue.silent) -> C
     """
     loaded = read_case(path)
     system, recordings = opened(loaded, progress)
+    loaded = system.loaded
     split = split_of(loaded, recordings)
     cost = cost_of(loaded, system, recordings, split)
     parts = [

@@ -4,27 +4,23 @@ What a diagnosis of a case will cost: processor time, estimated from what is kno
 Loading, judging, pictures and corrected FMUs have constant costs. The search costs as many replays as it
 makes, which depends on what is missing and is not known. `seconds` is that of a case in whose longest part
 the search goes on for two rounds, `low` where nothing is missing, `high` where it goes on for four. Each
-round fits the effects of all rounds so far. All constants are processor seconds of one machine
-(docs/diagnosis.md), scaled by a short measurement of this one.
+round fits the effects of all rounds so far, and builds what of its models is not in the cache. All constants
+are processor seconds of one machine (docs/diagnosis.md), scaled by a short measurement of this one.
 """
 
 from __future__ import annotations
 
 import math
-import os
 import time
-from collections import Counter
-from collections.abc import Collection, Mapping
-from contextlib import suppress
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
 
-from fmu_sources.composed.composition import AND, SEPARATOR
-from fmu_sources.export.places import cache_folder
+from fmu_sources.composed import registry
+from fmu_sources.export import build
 from fmu_sources.framework.integrate import n_substeps
-from master import catalogue
 from master.diagnosis.case.case import LoadedCase
 from master.diagnosis.case.cut import CutPart, CutSystem
 from master.diagnosis.case.split import Split
@@ -32,29 +28,30 @@ from master.diagnosis.data.recordings import Recording
 from master.diagnosis.replay.fitting_effects import candidates
 from master.diagnosis.replay.placed_effect import source_with
 
-LOADING = 4.5  # s
-PICTURES = 2.3  # s
-PICTURES_OF_CHANNEL = 0.8  # s
-JUDGED = 1.5  # s a part
-JUDGED_ROW = 0.2e-3  # s a row and channel
+LOADING = 3.5  # s
+PICTURES = 1.4  # s
+PICTURES_OF_CHANNEL = 0.45  # s
+JUDGED = 0.8  # s a part
+JUDGED_ROW = 0.1e-3  # s a row and channel
 CORRECTED = 9.0  # s: an FMU with an effect, for all platforms
-BUILT = 2.0  # s: an FMU for this machine
-REPLAY = 3.5e-3  # s a recording: initialisation, and what a fit does besides
-STEP = 0.3e-6  # s
-SUBSTEP = 0.1e-6  # s an FMU that integrates
-SCREENED = 0.02  # s an effect
-SCREENED_STEP = 9e-6  # s an effect and step
-MOST_FITS = 10  # of a round
-PASSES = 15  # replays of all that is fitted, a parameter and fit
+BUILT = 1.8  # s: an FMU for this machine
+REPLAY = 0.8e-3  # s a recording: initialisation, and what a fit does besides
+STEP = 0.21e-6  # s
+SUBSTEP = 0.07e-6  # s an FMU that integrates
+SCREENED = 0.01  # s an effect
+SCREENED_STEP = 4e-6  # s an effect and step
+MOST_FITS = 8  # of a round
+PASSES = 28  # replays of all that is fitted, a parameter and fit
 OWN_PARAMETERS = 2  # of an effect, about
-FITTED_ROW = 0.8e-6  # s a row, channel and pass of a fit: residual, derivatives, decomposition
-AGAIN = 2.0  # a round's fits are made once more: earlier effects, laws in their place, each effect left out
-ROUNDS = 2.0  # between one effect and a search to its end
-ROUNDS_OF_ALL = 4.0
+FITTED_ROW = 0.05e-6  # s a row, channel and pass of a fit: residual, derivatives, decomposition
+AGAIN = 1.5  # of later rounds: earlier effects, laws in several places, each effect left out
+WITH_MEMORY = 0.5  # of the fits of later rounds
+ROUNDS = 2  # between one effect and a search to its end
+ROUNDS_OF_ALL = 4
 PASSES_OF_BASE = 80
-PAIRS = 0.6  # of the effects in one place: models of two that a second round builds
-FEW_PAIRS = 8  # in the cache: more are of an earlier diagnosis
-MOST_BUILT = 15  # models with one effect
+FIRST_BUILT = 10  # models with one effect that are built: what is fitted
+LATER_BUILT = 30  # a later round
+MOST_ASKED = 10  # models that the cache is asked for: the others are taken to be there alike
 REFERENCE = 2.9e-3  # s: `speed_probe` on the machine of the constants
 
 
@@ -64,8 +61,9 @@ class PartCost:
     Quantities that decide the cost of one part.
 
     `rows` that are fitted or selected by, `steps` of a replay of all that is fitted, `substeps` of all of
-    them in all FMUs that integrate, `parameters` that are refitted, `effects` to consider, `built`: models
-    with one effect that are not in the cache, `missing_pairs`: those with two of a second round.
+    them in all FMUs that integrate, `parameters` and start values that are fitted, `effects` to consider,
+    `substeps_of_memory` are those of all steps in an FMU that integrates as soon as a law in it has a memory,
+    `missing`: share of the models that a search builds which an earlier diagnosis has not left in the cache.
     """
 
     name: str
@@ -74,10 +72,10 @@ class PartCost:
     recordings: int
     steps: int
     substeps: int
+    substeps_of_memory: int
     parameters: int
     effects: int
-    built: int
-    missing_pairs: float
+    missing: float
     is_software: bool
 
     @property
@@ -93,25 +91,32 @@ class PartCost:
     @property
     def judged(self) -> float:
         """Time in which the base is fitted and what it leaves is judged [s]."""
-        judged = 0.0 if self.is_software else JUDGED + JUDGED_ROW * self.rows * self.channels
-        return PASSES_OF_BASE * self.replay + judged
-
-    def search(self, rounds: float) -> float:
-        """Time of some rounds of a search [s]; software is not searched for effects."""
-        if self.is_software:
-            return 0.0
-        fits = min(self.effects, MOST_FITS)
-        own = OWN_PARAMETERS * rounds * (rounds + 1.0) / 2.0  # one effect's more in each round
-        passes = AGAIN * fits * PASSES * (rounds * self.parameters + own)
-        one_pass = self.replay + FITTED_ROW * self.rows * self.channels
-        return passes * one_pass + rounds * self.effects * self.screened
+        return PASSES_OF_BASE * self.replay + self.judged_again
 
     @property
-    def to_build(self) -> float:
-        """Models that a search of two rounds builds."""
-        if self.is_software:
+    def judged_again(self) -> float:
+        """Time in which what a model leaves is judged [s]."""
+        return 0.0 if self.is_software else JUDGED + JUDGED_ROW * self.rows * self.channels
+
+    def search(self, rounds: int) -> float:
+        """Time of some rounds of a search and of the models that it builds [s]; software is not searched."""
+        if self.is_software or not rounds:
             return 0.0
-        return min(self.built, MOST_BUILT) + self.missing_pairs
+        first = self.replay + FITTED_ROW * self.rows * self.channels
+        later = AGAIN * (first + WITH_MEMORY * self.substeps_of_memory * SUBSTEP)
+        fits = min(self.effects, MOST_FITS)
+        found = self.judged_again + rounds * self.effects * self.screened + BUILT * self.to_build(rounds)
+        for n_effects in range(1, rounds + 1):
+            own = self.parameters + n_effects * OWN_PARAMETERS
+            found += fits * PASSES * own * (first if n_effects == 1 else later)
+        return found
+
+    def to_build(self, rounds: int) -> float:
+        """Models that some rounds build."""
+        if self.is_software or not rounds:
+            return 0.0
+        first = min(self.effects, FIRST_BUILT)
+        return self.missing * (first + (rounds - 1) * min(self.effects, LATER_BUILT))
 
 
 @dataclass(frozen=True)
@@ -124,8 +129,7 @@ class Cost:
     @property
     def seconds(self) -> float:
         """Of a case in whose longest part the search goes on for two rounds."""
-        longest = max((p.search(ROUNDS) + BUILT * p.to_build for p in self.parts), default=0.0)
-        return (self._known + CORRECTED + longest) / self.speed
+        return self._after(ROUNDS)
 
     @property
     def low(self) -> float:
@@ -135,10 +139,10 @@ class Cost:
     @property
     def high(self) -> float:
         """Of a case in whose longest part the search goes on to its end."""
-        longest = max(
-            (p.search(ROUNDS_OF_ALL) + ROUNDS_OF_ALL / 2.0 * BUILT * p.to_build for p in self.parts),
-            default=0.0,
-        )
+        return self._after(ROUNDS_OF_ALL)
+
+    def _after(self, rounds: int) -> float:
+        longest = max((p.search(rounds) for p in self.parts), default=0.0)
         return (self._known + CORRECTED + longest) / self.speed
 
     @property
@@ -159,7 +163,7 @@ class Cost:
 
     def __str__(self) -> str:
         effects = sum(p.effects for p in self.parts)
-        built = round(max((p.to_build for p in self.parts), default=0.0))
+        built = round(max((p.to_build(ROUNDS) for p in self.parts), default=0.0))
         parts = f"{len(self.parts)} part{'s' if len(self.parts) != 1 else ''}"
         steps = sum(p.steps for p in self.parts)
         substeps = sum(p.substeps for p in self.parts)
@@ -173,8 +177,7 @@ class Cost:
 
 def cost_of(loaded: LoadedCase, system: CutSystem, recordings: Mapping[str, Recording], split: Split) -> Cost:
     """Estimate the cost of a diagnosis from a case, its cut system, its recordings and its split."""
-    names = _built_names()
-    parts = [_part(loaded, system, part, recordings, split, names) for part in system.parts]
+    parts = [_part(loaded, system, part, recordings, split) for part in system.parts]
     return Cost(tuple(parts), REFERENCE / speed_probe())
 
 
@@ -199,7 +202,6 @@ def _part(
     part: CutPart,
     recordings: Mapping[str, Recording],
     split: Split,
-    names: Collection[str],
 ) -> PartCost:
     replay = loaded.case.replay
     fitted = list(dict.fromkeys(s.recording for s in split.fit))
@@ -207,12 +209,13 @@ def _part(
     period = next(iter(recordings.values())).period / replay.oversample
     models = [model for model in map(system.model, part.fmus) if model is not None]
     substeps = sum(n_substeps(period, m.substep) for m in models if m.n_continuous)
+    static = [m for m in models if not m.n_continuous and m.sample_time is None]
+    memory = max((n_substeps(period, m.substep) for m in static), default=0)
     effects = candidates(system, part, loaded.case.slots)
-    with_one = [source_with(system.sources[e.fmu], [e]) for e in effects]
-    bases = {system.sources[fmu] for fmu in part.fmus if not catalogue.is_path(system.sources[fmu])}
-    pairs = [n for n in names if AND in n and n.partition(SEPARATOR)[0] in bases]
     refitted = [key for key in loaded.case.refit if key.partition(".")[0] in part.fmus]
     own = sum(key in loaded.case.per_recording for key in refitted)
+    is_whole = len(fitted) == 1 and not any(fmu in replay.windows for fmu in part.fmus)
+    starts = [key for key in loaded.case.starts if key.partition(".")[0] in part.fmus] if is_whole else []
     rows = sum(len(s) for s in (*split.fit, *split.select))
     return PartCost(
         name=part.name,
@@ -221,25 +224,27 @@ def _part(
         recordings=len(fitted),
         steps=steps,
         substeps=steps * substeps,
-        parameters=len(refitted) + own * (len(fitted) - 1),
+        substeps_of_memory=steps * memory,
+        parameters=len(refitted) + own * (len(fitted) - 1) + len(starts),
         effects=len(effects),
-        built=sum(name not in names for name in with_one),
-        missing_pairs=PAIRS * max(Counter(e.place for e in effects).values(), default=0)
-        if len(pairs) < FEW_PAIRS
-        else 0.0,
+        missing=_missing([source_with(system.sources[e.fmu], [e]) for e in effects]),
         is_software=len(models) == len(part.fmus)
         and all(m.n_continuous == 0 and m.sample_time is not None for m in models),
     )
 
 
-def _built_names() -> frozenset[str]:
-    """Names of the native FMUs in the cache: one may be older than its sources, which is not looked into."""
-    found: set[str] = set()
-    with suppress(OSError), os.scandir(cache_folder() / "fmus" / "native") as tokens:  # there may be none
-        for token in tokens:
-            with suppress(OSError):  # another process may just have removed it
-                found |= {name.removesuffix(".fmu") for name in os.listdir(token.path)}
-    return frozenset(found)
+def _missing(names: Sequence[str]) -> float:
+    """
+    Share of the models that a search builds which is not in the cache, by those with one effect.
+
+    A diagnosis builds those that it fits: as many in the cache are all. Some are asked for; of a model of
+    one's own none, as its sources have to be generated for that: it counts as missing.
+    """
+    asked = [names[i * len(names) // MOST_ASKED] for i in range(min(len(names), MOST_ASKED))]
+    asked = asked if len(names) > MOST_ASKED else list(names)
+    current = sum(not registry.is_own(name) and build.target(name).is_current() for name in asked)
+    there = len(names) * current / max(len(asked), 1)
+    return max(0.0, 1.0 - there / max(min(len(names), FIRST_BUILT), 1))
 
 
 def _rounded(seconds: float) -> str:

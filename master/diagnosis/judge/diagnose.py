@@ -137,18 +137,23 @@ def diagnose(
         ConfigError: If the case, its system or its recordings are wrong.
     """
     deadline = deadline or Deadline()
-    progress = deadline.watched(progress)
-    system, recordings = opened(loaded, progress)
+    watched = deadline.watched(progress)
+    system, recordings = opened(loaded, watched)
+    loaded = system.loaded
+
+    def say(text: str) -> None:
+        watched(system.spoken(text))
+
     split = split_of(loaded, recordings)
     if announce is not catalogue.silent:
         announce(f"{cost_of(loaded, system, recordings, split)}")
     with ExitStack() as stack:
         begun = []
         for part in system.parts:
-            begun.append(_with_best_rows(stack, system, part, recordings, split, loaded.case, progress))
+            begun.append(_with_best_rows(stack, system, part, recordings, split, loaded.case, say))
         problems = implausible(loaded, begun)
         if problems:
-            raise ConfigError(problems)
+            raise ConfigError([system.spoken(problem) for problem in problems])
         results = tuple(_searched(part, system, loaded.case, deadline) for part in begun)
         return Diagnosis(
             loaded, system, recordings, results, split, stack.pop_all(), is_complete=not deadline.has_stopped

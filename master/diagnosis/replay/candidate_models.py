@@ -129,6 +129,8 @@ def links(system: CutSystem, part: CutPart, files: Mapping[str, Path]) -> list[L
                 wired=part.wired[fmu],
                 read=tuple(dict.fromkeys(read)),
                 conversions=conversions,
+                begins_last=fmu not in part.foreign
+                and any(SignalName(s).instance in part.foreign for s in part.wired[fmu].values()),
             )
         )
     return chain

@@ -37,6 +37,7 @@ class Link:
     One FMU of a chain: what drives its inputs and what is read from it.
 
     `conversions`: input to what becomes of the value on its wire; that of the units at both ends if none.
+    `begins_last`: it follows an FMU that may have no outputs before the end of its initialisation.
     """
 
     name: str
@@ -45,6 +46,7 @@ class Link:
     wired: Mapping[str, str]
     read: tuple[str, ...]
     conversions: Mapping[str, Conversion] = field(default_factory=dict)
+    begins_last: bool = False
 
 
 @dataclass(frozen=True)
@@ -166,7 +168,8 @@ class Player:
         }
         system = replace(self._system, instances=instances)
         given = {name: float(row[column]) for name, column in self._measured.items()}
-        initialise(system, self._schedule, self._slaves, t0, given=given)
+        last = [link.name for link in self.chain if link.begins_last]
+        initialise(system, self._schedule, self._slaves, t0, given=given, last=last)
         read_initial_values(system, self._slaves, self._program, self._read)
 
     def _reset(self) -> None:

@@ -54,6 +54,16 @@ def test_a_static_follower_is_a_straight_line():
     assert made("static_follower", u=3.0, gain=-2.0, zero=0.5)["y"] == pytest.approx(-5.5)
 
 
+def test_a_moved_follower_passes_a_force_on_and_lets_friction_resist_on_its_side():
+    """By hand: 2 times 3 and 0.5 pass; 20 N of friction against a force that drives, at full speed."""
+    name = "moved_follower__resistance_coulomb"
+    friction = {"resistance_coulomb_level": 20.0, "resistance_coulomb_smoothing": 1e-3}
+
+    assert made("moved_follower", u=3.0, gain=2.0, zero=0.5)["y"] == pytest.approx(6.5)
+    assert made(name, u=3.0, der_q=-0.1, side=-1.0, **friction)["y"] == pytest.approx(3.0 + 20.0)
+    assert made(name, u=3.0, der_q=0.1, **friction)["y"] == pytest.approx(3.0 + 20.0)
+
+
 def test_a_follower_of_first_order_is_exponential():
     follower = run(made("first_order_follower", u=2.0, gain=3.0, zero=-1.0, time_constant=0.2), 0.3)
 

@@ -7,8 +7,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from matplotlib.figure import Figure
+from matplotlib.text import Text
 
 from master.diagnosis.answer.before_after import SealedPart
+from master.diagnosis.answer.port_names import chart_with_port_names
 from master.diagnosis.judge.diagnose import Diagnosis
 from master.diagnosis.judge.part_result import PartResult
 from master.pages.chart import Chart
@@ -62,13 +64,18 @@ def panels(diagnosis: Diagnosis, sealed: Mapping[str, SealedPart], folder: Path)
 def _panels(
     diagnosis: Diagnosis, part: PartResult, sealed: Mapping[str, SealedPart], folder: Path
 ) -> list[Panel]:
+    system = diagnosis.system
+    own = sealed[part.name]
     name = part.name
     stem = name.replace(" and ", "_")
 
     def panel(kind: str, figure: Figure, text: str, charts: Sequence[Chart] = ()) -> Panel:
-        return Panel(name, save(figure, folder / f"{stem}_{kind}.png"), text, charts)
+        for label in figure.findobj(Text):
+            assert isinstance(label, Text)
+            label.set_text(system.spoken(label.get_text()))
+        shown = [chart_with_port_names(chart, system) for chart in charts]
+        return Panel(name, save(figure, folder / f"{stem}_{kind}.png"), system.spoken(text), shown)
 
-    system, own = diagnosis.system, sealed[name]
     found = [panel("sealed", compared(system, own), SEALED, sealed_charts(system, own))]
     if not part.is_exact:
         found.append(panel("residual", residual(part), RESIDUAL, residual_charts(part)))
@@ -82,8 +89,8 @@ def _panels(
         named = law_in_slot(part, placed)
         text = law_text(named)
         if named.why_not:
-            found.append(Panel(name, None, text, law=str(placed)))
+            found.append(Panel(name, None, system.spoken(text), law=system.spoken(str(placed))))
             continue
         drawn = panel(f"law_{placed.prefix}", law_figure(part, named), text, law_charts(part, named))
-        found.append(replace(drawn, law=str(placed)))
+        found.append(replace(drawn, law=system.spoken(str(placed))))
     return found

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import scipy
 
 from master.diagnosis.data.counts import signed, unwrapped
 from master.diagnosis.data.merge import Delay, Sought, by_relation, by_shared, merged
@@ -26,12 +27,12 @@ def test_a_counter_is_followed_over_its_ends():
     way = np.cumsum(np.full(1000, 700.0))
     counts = signed(np.mod(way, 65536.0), 16)
 
-    assert np.array_equal(unwrapped(counts, 16) - counts[0], way - way[0])
+    assert np.array_equal(unwrapped(counts, 2.0**16) - counts[0], way - way[0])
 
 
 def test_a_counter_that_moves_by_half_its_range_is_refused():
     with pytest.raises(ValueError, match="which way it went is not known"):
-        unwrapped(np.array([0.0, 32000.0, 0.0]), 16)
+        unwrapped(np.array([0.0, 32000.0, 0.0]), 2.0**16)
 
 
 @pytest.mark.parametrize(("method", "error"), [("linear", 2e-4), ("cubic", 1e-6), ("previous", 2e-2)])
@@ -100,6 +101,38 @@ def test_the_delay_of_two_loggers_is_found_on_one_stroke_by_the_relation(delay):
 
     assert found.value == pytest.approx(delay, abs=5e-4)
     assert 0.0 < found.deviation < 5e-4
+
+
+def smoothed(columns, period):
+    """A position, low-passed at 30 Hz, with its rates."""
+    q = scipy.signal.filtfilt(*scipy.signal.butter(4, 30.0, fs=1.0 / period), columns["q"])
+    v = np.gradient(q, period)
+    return {**columns, "q": q, "v": v, "a": np.gradient(v, period)}
+
+
+def test_a_delay_that_noise_makes_of_damping_is_refused():
+    """Of a cycloid a force that is later is one with more damping: -5.5 +- 0.5 ms was told for 4 ms."""
+    rng = np.random.default_rng(21)
+    w = np.pi
+    first_t = np.arange(2000) * 0.001
+    second_t = np.arange(0.0, 1.98, 0.00127)
+    q = 0.1 * (first_t / 2.0 - np.sin(w * first_t) / (2.0 * w)) + 2e-7 * rng.standard_normal(2000)
+    force = 4.75 * w * np.sin(w * second_t) + 15.0 * (1.0 - np.cos(w * second_t)) + 25.0
+    force += 0.3 * rng.standard_normal(len(force))
+    first = Rows(first_t, ((0, 2000),), 0.001, {"q": q})
+    second = Rows(second_t + 0.004, ((0, len(force)),), 0.00127, {"force": force})
+
+    with pytest.raises(DataError, match="with as much noise again"):
+        by_relation(
+            first,
+            second,
+            smoothed,
+            drivers=["q", "v", "a"],
+            rates=["v"],
+            compared=["force"],
+            open_rows=np.ones(2000, dtype=bool),
+            sought=Sought(-0.02, 0.02),
+        )
 
 
 @pytest.mark.parametrize("delay", [0.004, -0.0113])

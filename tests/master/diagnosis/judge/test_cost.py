@@ -11,10 +11,10 @@ from click.testing import CliRunner
 
 from master.cli import main
 from master.diagnosis.case.case import read_case
-from master.diagnosis.judge.checked import check_case
-from master.diagnosis.judge.cost import REFERENCE, Cost, PartCost, _rounded
+from master.diagnosis.judge.cost import REFERENCE, Cost, PartCost, _missing, _rounded
 from master.diagnosis.judge.diagnose import diagnose
 
+EFFECTS = ("coulomb", "quadratic_damping", "cubic_stiffness")
 CASES = Path(__file__).parents[4] / "configs" / "measured"
 PART = PartCost(
     name="axis",
@@ -23,18 +23,21 @@ PART = PartCost(
     recordings=1,
     steps=10_000,
     substeps=50_000,
+    substeps_of_memory=20_000,
     parameters=3,
     effects=4,
-    built=3,
-    missing_pairs=2.0,
+    missing=0.5,
     is_software=False,
 )
-REPLAY = 3.5e-3 + 10_000 * 0.3e-6 + 50_000 * 0.1e-6  # s: 11.5 ms
-KNOWN = 4.5 + 2.3 + 2 * 0.8 + 80 * REPLAY + 1.5 + 0.2e-3 * 1000 * 2
-PASS = REPLAY + 0.8e-6 * 1000 * 2
-SCREENED = 4 * (0.02 + 9e-6 * 10_000)
-TWO_ROUNDS = 2 * 4 * 15 * ((3 + 2) + (3 + 4)) * PASS + 2 * SCREENED
-FOUR_ROUNDS = 2 * 4 * 15 * ((3 + 2) + (3 + 4) + (3 + 6) + (3 + 8)) * PASS + 4 * SCREENED
+REPLAY = 0.8e-3 + 10_000 * 0.21e-6 + 50_000 * 0.07e-6  # s: 6.4 ms
+JUDGED = 0.8 + 0.1e-3 * 1000 * 2
+KNOWN = 3.5 + 1.4 + 2 * 0.45 + 80 * REPLAY + JUDGED
+FIRST = 4 * 28 * (3 + 2) * (REPLAY + 0.05e-6 * 1000 * 2)
+LATER = 4 * 28 * 1.5 * (REPLAY + 0.05e-6 * 1000 * 2 + 0.5 * 20_000 * 0.07e-6)  # of each parameter
+SCREENED = 4 * (0.01 + 4e-6 * 10_000)
+BUILT = 1.8 * 0.5 * 4  # s a round: half of four models
+TWO_ROUNDS = JUDGED + FIRST + LATER * (3 + 4) + 2 * (SCREENED + BUILT)
+FOUR_ROUNDS = JUDGED + FIRST + LATER * ((3 + 4) + (3 + 6) + (3 + 8)) + 4 * (SCREENED + BUILT)
 
 
 class BegunError(Exception):
@@ -45,8 +48,8 @@ def test_the_cost_of_a_part_is_that_of_its_replays_pictures_and_models():
     cost = Cost((PART,), 1.0)
 
     assert cost.low == pytest.approx(KNOWN)
-    assert cost.seconds == pytest.approx(KNOWN + 9.0 + TWO_ROUNDS + 2.0 * (3 + 2))
-    assert cost.high == pytest.approx(KNOWN + 9.0 + FOUR_ROUNDS + 4.0 * (3 + 2))
+    assert cost.seconds == pytest.approx(KNOWN + 9.0 + TWO_ROUNDS)
+    assert cost.high == pytest.approx(KNOWN + 9.0 + FOUR_ROUNDS)
 
 
 @pytest.mark.parametrize(("seconds", "said"), [(99.4, "99 s"), (99.6, "1.7 min"), (8.04, "8 s")])
@@ -60,9 +63,9 @@ def test_a_machine_of_twice_the_speed_takes_half_the_time():
 
 def test_of_several_parts_one_is_searched_and_all_are_judged():
     alone = Cost((PART,), 1.0)
-    both = Cost((PART, replace(PART, effects=2, built=0, missing_pairs=0.0)), 1.0)
+    both = Cost((PART, replace(PART, effects=2, missing=0.0)), 1.0)
 
-    assert both.seconds - alone.seconds == pytest.approx(KNOWN - 4.5 - 2.3)
+    assert both.seconds - alone.seconds == pytest.approx(KNOWN - 3.5 - 1.4)
 
 
 def test_check_says_it_as_text_and_as_data(monkeypatch):
@@ -71,32 +74,47 @@ def test_check_says_it_as_text_and_as_data(monkeypatch):
     found = json.loads(CliRunner().invoke(main, ["check", str(case), "--json"]).stdout)["cost"]
     text = CliRunner().invoke(main, ["check", str(case)]).stdout
 
-    assert 5.0 < found["low"] < found["seconds"] < found["high"]
+    assert 4.0 < found["low"] < found["seconds"] < found["high"]
     (part,) = found["parts"]
     assert (part["effects"], part["steps"], part["substeps"], part["parameters"]) == (3, 4000, 0, 2)
     assert "a diagnosis takes about " in text
     assert "3 effects in 1 part, 4000 steps and 0 substeps a replay" in text
 
 
-def test_a_model_that_is_in_no_cache_has_to_be_built(tmp_path, monkeypatch):
-    monkeypatch.setattr("master.diagnosis.judge.cost.cache_folder", lambda: tmp_path)
-    part = check_case(CASES / "first_case.yaml").cost.parts[0]
-    names = ["servo_axis_inverse__friction_coulomb", "servo_axis_inverse__friction_quadratic_damping"]
-    for name in names:
-        (tmp_path / "fmus" / "native" / name).mkdir(parents=True)
-        (tmp_path / "fmus" / "native" / name / f"{name}.fmu").touch()
+class Target:
+    """A model that is current in the cache, or not."""
 
-    assert part.built == 3
-    assert check_case(CASES / "first_case.yaml").cost.parts[0].built == 1
+    def __init__(self, name, current):
+        self.name = name
+        self.current = current
+
+    def is_current(self):
+        return self.name in self.current
 
 
-def test_a_cache_that_cannot_be_read_counts_as_empty(monkeypatch):
-    def refuse(folder):
-        raise PermissionError(13, "Permission denied", folder)
+@pytest.mark.parametrize(
+    ("current", "missing"),
+    [([], 1.0), (["coulomb"], 2 / 3), (["coulomb", "quadratic_damping", "cubic_stiffness"], 0.0)],
+)
+def test_models_that_are_not_current_in_the_cache_have_to_be_built(current, missing, monkeypatch):
+    names = {f"servo_axis_inverse__friction_{effect}" for effect in current}
+    monkeypatch.setattr("master.diagnosis.judge.cost.build.target", lambda name: Target(name, names))
 
-    monkeypatch.setattr("master.diagnosis.judge.cost.os.scandir", refuse)
+    assert _missing([f"servo_axis_inverse__friction_{e}" for e in EFFECTS]) == pytest.approx(missing)
 
-    assert check_case(CASES / "first_case.yaml").cost.parts[0].built == 3
+
+def test_of_many_models_as_many_as_are_fitted_are_enough(monkeypatch):
+    current = {f"m{i}" for i in range(0, 40, 4)}
+    asked = []
+
+    def target(name):
+        asked.append(name)
+        return Target(name, current)
+
+    monkeypatch.setattr("master.diagnosis.judge.cost.build.target", target)
+
+    assert _missing([f"m{i}" for i in range(40)]) == 0.0
+    assert len(asked) == 10
 
 
 def test_a_diagnosis_that_nobody_asks_does_not_foretell_its_cost(monkeypatch):

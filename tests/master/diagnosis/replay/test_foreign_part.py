@@ -97,13 +97,13 @@ def test_a_law_with_memory_after_a_foreign_file_sees_its_output_between_the_rows
     assert found.predicted[:, 0] == pytest.approx(late + 5.0, abs=1e-6)
 
 
-def test_slots_that_a_foreign_file_has_not_are_refused_with_what_to_wire(tmp_path):
+def test_a_port_that_carries_nothing_measured_has_no_slot(tmp_path):
     case = written(tmp_path)
-    case.write_text(CASE + "slots: {box.force: all}\n", encoding="utf-8")
+    case.write_text(CASE + "slots: {box.der_q: all}\n", encoding="utf-8")
 
     with pytest.raises(ConfigError) as caught:
         cut(read_case(case))
-    assert "box is a file without slots, got 'force', expected slots of the system's own" in str(caught.value)
+    assert "no slot at this port of a file, got 'der_q', expected a number that is named" in str(caught.value)
 
 
 @pytest.mark.parametrize("key", ["delay", "extrapolation"])
