@@ -24,7 +24,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
-from scipy import signal
+import scipy  # loads its packages when they are used
 
 from .arrays import TINY, Array
 
@@ -144,10 +144,10 @@ def step_of(values: Array) -> float:
 def colour_of(residual: Array, period: float) -> Colour:
     """Spread of a residual (samples,) over frequency and time."""
     n = max(64, len(residual) // SEGMENTS)
-    frequency, density = signal.welch(residual, 1.0 / period, nperseg=min(n, len(residual)))
+    frequency, density = scipy.signal.welch(residual, 1.0 / period, nperseg=min(n, len(residual)))
     frequency = frequency[1:]
     density = np.maximum(density[1:], TINY)
-    around = signal.medfilt(density, min(31, 2 * (len(density) // 4) + 1))
+    around = scipy.signal.medfilt(density, min(31, 2 * (len(density) // 4) + 1))
     is_line = density > LINE * np.maximum(around, TINY)
     total = float(density.sum())
     lines = []
@@ -182,7 +182,9 @@ def _from_rest(values: Sequence[Array], driving: Sequence[Array], period: float)
 
 def _about_line(values: Array) -> Array:
     """Deviation of signals (samples, m) about a line, shape (m,)."""
-    return np.asarray(signal.detrend(values, axis=0).std(axis=0) * np.sqrt(len(values) / (len(values) - 2.0)))
+    return np.asarray(
+        scipy.signal.detrend(values, axis=0).std(axis=0) * np.sqrt(len(values) / (len(values) - 2.0))
+    )
 
 
 def _from_repetition(values: Sequence[Array], driving: Sequence[Array]) -> float | None:
