@@ -2,8 +2,9 @@
 What the outputs do when something is added in a slot: convolution with the answer to a step there.
 
 The step is a constant offset in the slot from the start of a recording. One replay then gives the answer to
-any number of functions of time, as long as the model is linear around its replay: twice the offset has to
-give twice the answer.
+any number of functions of time, as long as the model is linear around its replay, and the same at all times:
+twice the offset has to give twice the answer, and a law of the slot's signals the answer that the convolution
+says. Around a large swing a pendulum passes the first test and fails the second.
 """
 
 from __future__ import annotations
@@ -12,8 +13,12 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from fmu_sources.effects.catalogue import constant
-from master.diagnosis.numerics.arrays import Array
+from fmu_sources.effects.catalogue import candidates, constant
+from fmu_sources.effects.framework.effect import Effect
+from fmu_sources.effects.framework.roles import Signals
+from fmu_sources.framework.array_arithmetic import ARRAYS
+from fmu_sources.framework.model import Slot
+from master.diagnosis.numerics.arrays import TINY, Array
 from master.diagnosis.numerics.step_answers import convolved
 from master.diagnosis.replay.placed_effect import PlacedEffect
 from master.text.signal_name import SignalName
@@ -22,6 +27,8 @@ from .study import Study
 
 PROBE = 0.05  # offset over the rms of what is in the slot
 LINEAR = 0.02  # largest departure from twice the answer, over the answer
+SMOOTH_LAWS = ("quadratic_stiffness", "drift", "quadratic_damping")  # rather not of a noisy velocity
+WRONG = 1.0  # rms by which the answer to a law differs from the convolution, over its own: worse than none
 NOTHING = 1e-12  # answers that are rounding, in the outputs' units over the offset's
 
 
@@ -36,6 +43,8 @@ class Injection:
         self.steps: dict[str, Array] = {}
         if not study.bench.is_windowed:
             self.steps = self._steps(values, PROBE * study.signal_rms(place).value)
+        if self.steps and not self._is_same_at_all_times(place, values):
+            self.steps = {}
 
     @property
     def is_linear(self) -> bool:
@@ -72,3 +81,30 @@ class Injection:
         bent = max(float(np.abs((twice[r] - base[r]) / size - 2.0 * steps[r]).max()) for r in base)
         largest = max(float(np.abs(s).max()) for s in steps.values())
         return steps if np.isfinite(largest) and bent <= LINEAR * largest + NOTHING else {}
+
+    def _is_same_at_all_times(self, place: str, values: Mapping[str, float]) -> bool:
+        """Whether a law of the slot's signals is answered as the convolution says."""
+        fmu, slot = SignalName(place).parts
+        law = _probe(self.study.system.slots(fmu)[slot])
+        if law is None:
+            return True
+        probe = PlacedEffect(fmu, slot, law.name)
+        self.study.build([(probe,)])
+        given = {probe.variable(name): v for name, v in law.scale(self.study.signal_rms(place)).items()}
+        signals = self.study.signals[place]
+        p = law.parameter_record.record([given[probe.variable(v.name)] for v in law.parameters])
+        own = Signals(**{role: v for role, v in signals.items() if role != "value"})
+        applied = law.law(
+            self.study.bench.times, signals["value"], own, law.state_record.record([]), p, ARRAYS
+        )
+        said = self.answer((applied.value - signals["value"])[:, None])[..., 0]
+        found = self.study.simulate((probe,), {**values, **given}) - self.study.simulate((), values)
+        found /= self.study.output_scale
+        apart = float(np.sqrt(np.nanmean((found - said) ** 2)))
+        return apart <= WRONG * float(np.sqrt(np.nanmean(found**2))) + TINY
+
+
+def _probe(slot: Slot) -> Effect | None:
+    """A smooth law of the slot's signals; None if none fits."""
+    fitting = {law.name: law for law in candidates(slot)}
+    return next((fitting[name] for name in SMOOTH_LAWS if name in fitting), None)
