@@ -16,6 +16,7 @@ from master.diagnosis.numerics.least_squares import Fit
 from master.diagnosis.numerics.step_answers import convolved
 from master.diagnosis.replay.placed_effect import PlacedEffect
 from master.diagnosis.search.extended_model import ExtendedModel
+from master.diagnosis.search.injection import Injection
 from tests.master.diagnosis.answer.made_up_report import UNITS, made_up_report
 
 PERIOD = 1e-3
@@ -30,8 +31,9 @@ LEVEL, SMOOTHING, DAMPING = 3.0, 0.004, 20.0
 
 
 @pytest.fixture
-def part_of(study_of):
+def part_of(study_of, monkeypatch):
     """Make a part of one output that answers to the slot by a step response, with a law and a truth there."""
+    monkeypatch.setattr(Injection, "_is_same_at_all_times", lambda *_: True)  # it is made so
 
     def make(placed, values, *, left=0.0, step=AT_ONCE, deviations=None, states=None, is_windowed=False):
         measured = convolved(step[:, 0], np.asarray(left + 0.0 * T)[:, None])
