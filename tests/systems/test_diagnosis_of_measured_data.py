@@ -156,8 +156,10 @@ def test_tanks_lack_what_flattens_the_lower_outflow(data, tmp_path):
 
     assert report["before"]["tanks.h_2"]["rmse"] == pytest.approx(1.11, abs=0.03)
     assert report["after"]["tanks.h_2"]["rmse"] <= 0.66
-    assert {e["slot"] for e in report["effects"]} == {"lower_outflow"}
-    assert report["verdict"] == "partly, with a remainder"
+    [offset] = report["effects"]  # flattens a line; its size trades against the rates of the outflows
+    assert (offset["slot"], offset["effect"], offset["status"]) == ("lower_outflow", "offset", "nearest name")
+    assert "known to differ from zero" in offset["why"]
+    assert report["verdict"] == "undeclared"
 
 
 def test_tanks_have_roots_and_overflow_in_both_outflows(data, tmp_path):
