@@ -33,8 +33,11 @@
           { columns: [], order: xs.flatMap(place => curves.filter(c => c.x === place)) });
     const rows = curves.flatMap((c, i) => arrays[c.x].map((x, k) => [x, i, arrays[c.y][k]]));
     rows.sort((a, b) => a[0] - b[0]);
-    const columns = [rows.map(r => r[0]), ...curves.map((_, i) => rows.map(r => r[1] === i ? r[2] : undefined))];
-    return { columns, order: curves };
+    const column = (_, i) => {
+      let last;  // a gap lasts over the rows of other curves, up to the next value
+      return rows.map(r => r[1] === i ? (last = r[2]) : last === null ? null : undefined);
+    };
+    return { columns: [rows.map(r => r[0]), ...curves.map(column)], order: curves };
   }
 
   function extent(values, isLogarithmic) {
@@ -80,12 +83,27 @@
     return { stroke: path, fill: null, flags: 0 };
   }
 
+  // Bars and events stand on one x: uPlot would cut them off with the gaps beside them.
+  function upright(u, place, first, last) {
+    const path = new Path2D(), x = u.data[0], y = u.data[place];
+    let isOpen = false;
+    for (let k = first; k <= last; k++) {
+      if (y[k] === undefined) continue;
+      if (y[k] !== null) {
+        const px = u.valToPos(x[k], "x", true), py = u.valToPos(y[k], "y", true);
+        isOpen ? path.lineTo(px, py) : path.moveTo(px, py);
+      }
+      isOpen = y[k] !== null;
+    }
+    return { stroke: path, fill: null, flags: 0 };
+  }
+
   function seriesOf(curve) {
     const stroke = () => colour(nameOfColour(curve));
     if (!isMarks(curve))
       return {
         label: curve.label, stroke, width: WIDTHS[curve.style] || 1.6, dash: curve.dashes,
-        points: { show: false },
+        points: { show: false }, ...(curve.style === "event" ? { paths: upright } : {}),
       };
     const points = { show: true, stroke, width: 1.8 };
     Object.assign(points, curve.style === "cross" ? { paths: crosses } : { size: 11, fill: () => colour("page") });
