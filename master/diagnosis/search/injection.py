@@ -27,7 +27,7 @@ from .study import Study
 
 PROBE = 0.05  # offset over the rms of what is in the slot
 LINEAR = 0.02  # largest departure from twice the answer, over the answer
-SMOOTH_LAWS = ("quadratic_stiffness", "drift", "quadratic_damping")  # rather not of a noisy velocity
+SMOOTH = ("{value}/s", "{value}/{position}2")  # of a ramp in time, of a square of the position: units
 WRONG = 1.0  # rms by which the answer to a law differs from the convolution, over its own: worse than none
 NOTHING = 1e-12  # answers that are rounding, in the outputs' units over the offset's
 
@@ -105,6 +105,7 @@ class Injection:
 
 
 def _probe(slot: Slot) -> Effect | None:
-    """A smooth law of the slot's signals; None if none fits."""
-    fitting = {law.name: law for law in candidates(slot)}
-    return next((fitting[name] for name in SMOOTH_LAWS if name in fitting), None)
+    """A smooth law without memory, of one coefficient; None if none fits."""
+    plain = [law for law in candidates(slot) if not law.states and len(law.parameters) == 1]
+    by_unit = {law.parameters[0].unit: law for law in plain}
+    return next((by_unit[unit] for unit in SMOOTH if unit in by_unit), None)
