@@ -95,7 +95,8 @@ class Contact:
 
     def matrix(self) -> Array:
         """Return the matrix of the free docking with the states s, s', x_e, x_e'."""
-        K, C = self.k_m + self.k_p, self.c_m + self.c_p
+        K = self.k_m + self.k_p
+        C = self.c_m + self.c_p
         return np.array(
             [
                 [0.0, 1.0, 0.0, 0.0],

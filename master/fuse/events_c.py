@@ -78,7 +78,9 @@ class EventWriter:
     def _event(self, event: ScenarioEvent, first: int) -> str:
         lasts = -1 if event.duration is None else self.fused.grid.ticks_of(event.duration)
         tick = -1 if event.at is None else self.fused.grid.tick_at(event.at)
-        place, sign, threshold = 0, 1.0, 0.0
+        place = 0
+        sign = 1.0
+        threshold = 0.0
         if event.condition is not None:
             place = self.place[event.condition.signal]
             sign = event.condition.sign

@@ -302,7 +302,8 @@ def _motion(case: Case, system: System, fmu: str, signal: str, side: str) -> Mot
     if len(velocities) != 1:
         return None
     positions = _of_dimension(case, others, force, WORK)
-    velocity, position = velocities[0], positions[0] if len(positions) == 1 else None
+    velocity = velocities[0]
+    position = positions[0] if len(positions) == 1 else None
     return Motion(
         velocity=velocity,
         position=position,

@@ -11,31 +11,7 @@ from fmu_sources.export.manifest import NAME, read_manifest
 from fmu_sources.export.places import FMU_FOLDER
 from master.cli import build as command
 from master.cli import main
-
-SPRING = '''\
-"""A spring: f = k x."""
-
-from fmu_sources.framework.model import Model
-from fmu_sources.framework.variables import declare, input_, output, parameter
-
-
-class Spring(Model):
-    """Hooke's law."""
-
-    name = "spring"
-    description = "Linear spring"
-    variables = declare(
-        parameter("k", 100.0, "N/m", "Stiffness", above=0.0),
-        input_("x", "m", "Extension"),
-        output("f", "N", "Force"),
-    )
-
-    def outputs(self, t, x, u, p, m, slot=None):
-        return {"f": p.k * u.x}
-
-
-MODEL = Spring()
-'''
+from tests.stubs.spring import SPRING
 
 
 def called(*words):
