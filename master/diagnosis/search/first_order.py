@@ -23,7 +23,7 @@ from master.diagnosis.numerics.linear_memory import LinearMemory, Rates, linear_
 from master.diagnosis.replay.placed_effect import PlacedEffect
 
 from .extended_model import ExtendedModel
-from .injection import Injection
+from .injection import Injection, applied_at_once, parameters
 from .study import Study
 
 ROLES = ("value", *Signals._fields)
@@ -111,9 +111,7 @@ class FirstOrder:
             memory = self._memory(placed, values)
             assert memory is not None
             return {**signals, "value": self._remembered(law, memory, signals)}
-        s = Signals(**{role: v for role, v in signals.items() if role != "value"})
-        p = law.parameter_record.record(_parameters(placed, values))
-        applied = law.law(self.study.bench.times, value, s, law.state_record.record([]), p, ARRAYS)
+        applied = applied_at_once(placed, values, signals, self.study.bench.times)
         after = {"value": applied.value, **applied.signals}
         return {**signals, **{role: np.broadcast_to(v, value.shape) for role, v in after.items()}}
 
@@ -134,7 +132,7 @@ class FirstOrder:
         law = placed.law
         signals = self.study.signals[placed.place]
         sizes = {r: float(np.sqrt(np.mean(signals[r] ** 2))) or 1.0 for r in ROLES if r in signals}
-        p = law.parameter_record.record(_parameters(placed, values))
+        p = law.parameter_record.record(parameters(placed, values))
 
         def asked(states: Array, inputs: Array) -> Rates:
             own = dict(zip(sizes, inputs, strict=True))
@@ -146,10 +144,6 @@ class FirstOrder:
         own_sizes = np.array([_scale(v.unit, sizes) for v in law.states])
         with np.errstate(all="ignore"):
             return linear_memory(asked, own_sizes, np.array([*sizes.values()]))
-
-
-def _parameters(placed: PlacedEffect, values: Mapping[str, float]) -> list[float]:
-    return [float(values.get(placed.variable(v.name), v.start)) for v in placed.law.parameters]
 
 
 def _scale(unit: str, sizes: Mapping[str, float]) -> float:

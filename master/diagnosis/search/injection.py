@@ -14,7 +14,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from fmu_sources.effects.catalogue import candidates, constant
-from fmu_sources.effects.framework.effect import Effect
+from fmu_sources.effects.framework.effect import Applied, Effect
 from fmu_sources.effects.framework.roles import Signals
 from fmu_sources.framework.array_arithmetic import ARRAYS
 from fmu_sources.framework.model import Slot
@@ -92,16 +92,35 @@ class Injection:
         self.study.build([(probe,)])
         given = {probe.variable(name): v for name, v in law.scale(self.study.signal_rms(place)).items()}
         signals = self.study.signals[place]
-        p = law.parameter_record.record([given[probe.variable(v.name)] for v in law.parameters])
-        own = Signals(**{role: v for role, v in signals.items() if role != "value"})
-        applied = law.law(
-            self.study.bench.times, signals["value"], own, law.state_record.record([]), p, ARRAYS
-        )
+        applied = applied_at_once(probe, given, signals, self.study.bench.times)
         said = self.answer((applied.value - signals["value"])[:, None])[..., 0]
         found = self.study.simulate((probe,), {**values, **given}) - self.study.simulate((), values)
         found /= self.study.output_scale
         apart = float(np.sqrt(np.nanmean((found - said) ** 2)))
         return apart <= WRONG * float(np.sqrt(np.nanmean(found**2))) + TINY
+
+
+def applied_at_once(
+    placed: PlacedEffect, values: Mapping[str, float], signals: Mapping[str, Array], times: Array
+) -> Applied:
+    """
+    Evaluate a law without states on the signals of its slot.
+
+    Args:
+        placed: The effect.
+        values: Its parameters by `fmu.variable`; those that are missing have their start values.
+        signals: By role, shape (samples,) each.
+        times: Of the samples [s].
+    """
+    law = placed.law
+    own = Signals(**{role: v for role, v in signals.items() if role != "value"})
+    p = law.parameter_record.record(parameters(placed, values))
+    return law.law(times, signals["value"], own, law.state_record.record([]), p, ARRAYS)
+
+
+def parameters(placed: PlacedEffect, values: Mapping[str, float]) -> list[float]:
+    """Values of an effect's parameters in their order; start values where `values` has none."""
+    return [float(values.get(placed.variable(v.name), v.start)) for v in placed.law.parameters]
 
 
 def _probe(slot: Slot) -> Effect | None:
